@@ -1,0 +1,1 @@
+"""Convex multi-robot perception: certified recognition of an object from several robots' views."""

@@ -1,0 +1,121 @@
+"""Typed, frozen arrays: whatever comes through the door leaves it as finite, read-only float64."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike, NDArray
+
+from convexperc.errors import InputError, ProblemError
+
+Vector = Float[np.ndarray, " n"]
+Matrix = Float[np.ndarray, "n d"]
+
+
+def real_array(
+    value: ArrayLike, name: str, ndim: int, *, error: type[InputError] = ProblemError, finite: bool = True
+) -> NDArray[np.float64]:
+    """Copy `value` to a read-only, C-contiguous float64 array of `ndim` dimensions.
+
+    Parameters
+    ----------
+    value : array_like
+        Real numbers: booleans, integers that float64 holds without overflow, or floats.
+    name : str
+        How an error names the array.
+    ndim : int
+        Required number of dimensions.
+    error : type of InputError
+        Raised on a value that cannot be used.
+    finite : bool
+        Refuse NaN and infinity (the default).
+
+    Returns
+    -------
+    ndarray of float64, read-only
+
+    Raises
+    ------
+    InputError
+        Complex numbers, strings, objects, ragged nesting, wrong dimension, NaN or infinity,
+        or a finite number that overflows float64.
+    """
+    source = _as_array(value, name, error)
+    if source.ndim != ndim:
+        raise error(
+            name, value=source.shape, must=f"must have {ndim} dimension(s)", remedy="Check its shape."
+        )
+    with np.errstate(over="ignore"):
+        array = np.array(source, dtype=np.float64, order="C", copy=True)
+    bad = ~np.isfinite(array)
+    if bad.any() and (finite or np.isfinite(source[bad].astype(np.longdouble)).any()):
+        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise error(
+            f"{name}[{', '.join(map(str, index))}]",
+            value=source[index],
+            must="must be finite in float64",
+            remedy=f"{int(bad.sum())} of {array.size} entries are NaN, infinite or too large; clean them.",
+        )
+    array.flags.writeable = False
+    return array
+
+
+def _as_array(value: ArrayLike, name: str, error: type[InputError]) -> NDArray[Any]:
+    """Turn `value` into an array of a real kind (bool, integer, float) without changing its numbers."""
+    try:
+        source = np.asarray(value)
+    except (ValueError, TypeError, OverflowError) as problem:
+        must = "must be a rectangular array of real numbers"
+        raise error(name, value=value, must=must, remedy=f"NumPy says: {problem}.") from None
+    if source.dtype.kind == "O":
+        source = _from_objects(source, name, error)
+    if source.dtype.kind not in "buif":
+        raise error(
+            name,
+            value=source.dtype.name,
+            must="must hold real numbers",
+            remedy="Convert it to float64 first.",
+        )
+    return source
+
+
+def _from_objects(source: NDArray[Any], name: str, error: type[InputError]) -> NDArray[Any]:
+    """Accept Python integers that are too long for int64 as long as float64 can hold them."""
+    for entry in source.flat:
+        if isinstance(entry, (bool, np.bool_)) or not isinstance(
+            entry, (int, float, np.integer, np.floating)
+        ):
+            raise error(
+                name, value=entry, must="must hold real numbers", remedy="Convert it to float64 first."
+            )
+    try:
+        return np.array([float(entry) for entry in source.flat]).reshape(source.shape)
+    except OverflowError:
+        longest = max((entry for entry in source.flat if isinstance(entry, int)), key=abs)
+        raise error(
+            name,
+            value=longest,
+            must="must fit into float64",
+            remedy="The integer is too large; rescale the data.",
+        ) from None
+
+
+def nonnegative_number(value: Any, name: str, *, error: type[InputError] = ProblemError) -> float:
+    """Return `value` as a float that is finite and >= 0.
+
+    Raises
+    ------
+    InputError
+        Not a real number (strings, booleans and complex numbers are refused), negative, NaN or infinite.
+    """
+    must = "must be a finite real number >= 0"
+    scalar = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if isinstance(scalar, (bool, np.bool_)) or not isinstance(scalar, (int, float, np.integer, np.floating)):
+        raise error(name, value=value, must=must, remedy="Pass an int or a float.")
+    try:
+        number = float(scalar)
+    except OverflowError:
+        raise error(name, value=value, must=must, remedy="The integer overflows float64.") from None
+    if not (np.isfinite(number) and number >= 0):
+        raise error(name, value=value, must=must)
+    return number + 0.0

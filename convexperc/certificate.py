@@ -1,0 +1,286 @@
+"""The judge: a proof of how far any point (w, u) is from the optimum of the ORIGINAL problem.
+
+Knows no solver, believes no status, imports NumPy alone. Every number that it reports is a bound with its
+rounding included (`convexperc.rounding` says what is assumed of the machine).
+"""
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from convexperc.arrays import Vector, real_array
+from convexperc.duality import DualPoint, Frame, GapTerms, candidates, dual_value, gap_terms
+from convexperc.errors import PointError
+from convexperc.exact import squared_distance
+from convexperc.optimum import modality_weight_bound, proved_zeros, view_weight_bound
+from convexperc.problem import Problem
+from convexperc.rounding import (
+    UNDERFLOW,
+    Ball,
+    down,
+    norm_bounds,
+    scaled_bounds,
+    squared_norm,
+    sum_bounds,
+    up,
+)
+from convexperc.scaling import Bounds, Scaling
+
+RELATIVE = 1e-8
+"""Largest gap, as a share of F*, of a certified answer."""
+ABSOLUTE = 1e-14
+"""Largest gap, as a share of ||o||^2, certified whatever F* is: about the rounding of float64 data."""
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What is proved of a point (w, u), on the original data.
+
+    Attributes
+    ----------
+    lower, upper : float
+        lower <= F* <= upper.
+    objective : (float, float)
+        Bounds of F(w, u).
+    gap : float
+        Upper bound of F(w, u) - F*.
+    relative_gap : float
+        Upper bound of (F(w, u) - F*) / F*: 0 where the gap is 0, else infinite where F* may be 0.
+    share_of_target : float
+        Upper bound of (F(w, u) - F*) / ||o||^2.
+    relative_tolerance, absolute_tolerance : float
+        Certified means relative_gap <= relative_tolerance or share_of_target <= absolute_tolerance.
+    terms : GapTerms or None
+        The gap as a sum of terms >= 0, in units where ||o|| is about 1; None where `gap` is no such sum.
+    dual : DualPoint or None
+        The dual point behind `gap`, in normalised units; None where the bound is exact or trivial.
+    method : str
+        How the gap was proved.
+    zero_views : bool (n,)
+        True where w*_j = 0 is proved of every optimal w*.
+    zero_modalities : bool (m,)
+        True where u*^i = 0 is proved of every optimal u*.
+    """
+
+    lower: float
+    upper: float
+    objective: Bounds
+    gap: float
+    relative_gap: float
+    share_of_target: float
+    relative_tolerance: float
+    absolute_tolerance: float
+    terms: GapTerms | None
+    dual: DualPoint | None
+    method: str
+    zero_views: NDArray[np.bool_]
+    zero_modalities: NDArray[np.bool_]
+
+    @property
+    def certified(self) -> bool:
+        """Whether the gap is within the tolerances; false for NaN."""
+        return self.relative_gap <= self.relative_tolerance or self.share_of_target <= self.absolute_tolerance
+
+    def is_optimal(self, eps: float) -> bool:
+        """Whether F(w, u) - F* <= eps is proved."""
+        return self.gap <= eps
+
+
+def certify(
+    problem: Problem,
+    w: ArrayLike,
+    u: ArrayLike,
+    *,
+    dual: tuple[ArrayLike, ArrayLike] | None = None,
+    relative_tolerance: float = RELATIVE,
+    absolute_tolerance: float = ABSOLUTE,
+) -> Certificate:
+    """Judge a point from anywhere.
+
+    Parameters
+    ----------
+    problem : Problem
+    w : array_like (n,)
+    u : array_like (d,)
+        NaN and infinity are judged (nothing is proved of such a point), not refused.
+    dual : pair of array_like (d,) and (n,), optional
+        A dual point (a, b) to try besides 2(X'w - o) and 2 lambda1 (Xu - w). It is never believed:
+        it is scaled into the feasible set, or charged for its excess.
+    relative_tolerance, absolute_tolerance : float
+        See `Certificate`.
+
+    Returns
+    -------
+    Certificate
+
+    Raises
+    ------
+    PointError
+        A wrong shape, or entries that are not real numbers.
+    """
+    scaling = Scaling.of(problem)
+    frame = Frame.of(problem, scaling)
+    point = scaling.point(_entries(w, problem.n, "w"), _entries(u, problem.d, "u"))
+    hint = None
+    if dual is not None:
+        hint = scaling.dual(_entries(dual[0], problem.d, "a"), _entries(dual[1], problem.n, "b"))
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        proof = _prove(problem, frame, scaling, _Point.of(frame, *point), hint)
+    target = squared_norm(frame.target)[0]
+    lower, upper = scaling.value_back((proof.lower, proof.upper))
+    return Certificate(
+        lower=lower,
+        upper=upper,
+        objective=scaling.value_back(proof.objective),
+        gap=scaling.value_back((0.0, proof.gap))[1],
+        relative_gap=_quotient(proof.gap, proof.lower),
+        share_of_target=_quotient(proof.gap, target),
+        relative_tolerance=relative_tolerance,
+        absolute_tolerance=absolute_tolerance,
+        terms=proof.terms,
+        dual=proof.dual,
+        method=proof.method,
+        zero_views=proof.zero_views,
+        zero_modalities=proof.zero_modalities,
+    )
+
+
+def _entries(values: ArrayLike, length: int, name: str) -> Vector:
+    array = real_array(values, name, 1, error=PointError, finite=False)
+    if array.shape != (length,):
+        raise PointError(name, value=array.shape, must=f"must have shape ({length},) to fit the problem")
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """A primal point in normalised units, with bounds of F there."""
+
+    w: Ball
+    u: Ball
+    finite: bool
+    objective: Bounds
+
+    @classmethod
+    def of(cls, frame: Frame, w: Vector, u: NDArray[np.float64]) -> "_Point":
+        finite = bool(np.isfinite(w).all() and np.isfinite(u).all())
+        if not finite:
+            return cls(Ball.exact(np.zeros_like(w)), Ball.exact(np.zeros_like(u)), False, (0.0, math.inf))
+        balls = _allowing_underflow(w), _allowing_underflow(u)
+        lower, upper = _objective(frame, *balls)
+        return cls(*balls, True, (0.0, math.inf) if math.isnan(upper) else (max(0.0, lower), upper))
+
+
+def _allowing_underflow(x: NDArray[np.float64]) -> Ball:
+    """Entries so small that scaling may have rounded them get the radius of that rounding."""
+    return Ball(x, np.where((np.abs(x) < 2.0**-1000) & (x != 0.0), UNDERFLOW, 0.0))
+
+
+def _objective(frame: Frame, w: Ball, u: Ball) -> Bounds:
+    """Enclose F(w, u)."""
+    loss = squared_norm(frame.times_columns(w).plus(frame.target, -1.0))
+    coupling = scaled_bounds(frame.lambda1, squared_norm(frame.times_rows(u).plus(w, -1.0)))
+    length = sum_bounds(*((max(0.0, abs(m) - r), abs(m) + r) for m, r in zip(w.mid, w.rad, strict=True)))
+    norms = sum_bounds(*(norm_bounds(Ball(u.mid[c], u.rad[c])) for c in frame.modalities))
+    views, modalities = scaled_bounds(frame.lambda2, length), scaled_bounds(frame.lambda3, norms)
+    return sum_bounds(loss, coupling, views, modalities)
+
+
+@dataclass(frozen=True, eq=False)
+class _Proof:
+    """What is proved, in normalised units."""
+
+    lower: float
+    upper: float
+    objective: Bounds
+    gap: float
+    terms: GapTerms | None
+    dual: DualPoint | None
+    method: str
+    zero_views: NDArray[np.bool_]
+    zero_modalities: NDArray[np.bool_]
+
+
+def _prove(
+    problem: Problem,
+    frame: Frame,
+    scaling: Scaling,
+    point: _Point,
+    hint: tuple[Vector, Vector] | None,
+) -> _Proof:
+    """Take the best of all bounds: F >= 0, the exact one of the equality case, and every dual point's."""
+    upper = min(point.objective[1], squared_norm(frame.target)[1])
+    lower, gap, terms, dual, method = 0.0, point.objective[1], None, None, "F >= 0"
+    zeros = np.zeros(point.w.mid.shape, dtype=bool), np.zeros(len(frame.modalities), dtype=bool)
+    exact = _exact_optimum(problem, scaling)
+    if exact is not None:
+        upper = min(upper, exact[1])
+        lower, method = exact[0], "exact least squares over the rationals"
+        gap = max(0.0, up(point.objective[1] - lower))
+    for candidate in candidates(frame, point.w.mid, point.u.mid, hint):
+        bound, total, parts = _judged(frame, point, candidate, upper)
+        lower = max(lower, bound)
+        if total < gap:
+            gap, terms, dual, method = total, parts, candidate, _method(candidate)
+        if candidate.feasible:
+            found = proved_zeros(frame, candidate, up(upper - min(bound, upper)))
+            zeros = zeros[0] | found[0], zeros[1] | found[1]
+    gap = min(gap, max(0.0, up(point.objective[1] - lower)))
+    return _Proof(min(lower, upper), upper, point.objective, gap, terms, dual, method, *zeros)
+
+
+def _exact_optimum(problem: Problem, scaling: Scaling) -> Bounds | None:
+    """Enclose F* = min_w ||X'w - o||^2 where lambda2 = 0 and lambda1 or lambda3 is 0."""
+    lambda1, lambda2, lambda3 = problem.lambdas
+    if lambda2 > 0.0 or (lambda1 > 0.0 and lambda3 > 0.0):
+        return None
+    squared = squared_distance(problem.X, problem.o)
+    if squared is None:
+        return None
+    value = squared / Fraction(2) ** (2 * scaling.o)
+    nearest = float(value)
+    return (
+        nearest if Fraction(nearest) <= value else max(0.0, down(nearest)),
+        nearest if Fraction(nearest) >= value else up(nearest),
+    )
+
+
+def _judged(
+    frame: Frame, point: _Point, candidate: DualPoint, upper: float
+) -> tuple[float, float, GapTerms | None]:
+    """Lower bound of F*, upper bound of F(w, u) - F*, and the gap's terms, from one dual point."""
+    cost = 0.0 if candidate.feasible else _cost(frame, candidate, upper)
+    lower = dual_value(frame, candidate)[0]
+    lower = down(lower - cost) if cost else lower
+    if not point.finite:
+        return lower, math.inf, None
+    parts = gap_terms(frame, point.w, point.u, candidate)
+    total = up(parts.total + cost) if cost else parts.total
+    if not math.isfinite(total):
+        return lower, math.inf, None
+    return max(lower, down(point.objective[0] - total)), total, parts
+
+
+def _cost(frame: Frame, candidate: DualPoint, upper: float) -> float:
+    """What the excess of a dual point takes off its bound."""
+    cost = 0.0
+    if candidate.excess_views > 0.0:
+        cost = up(candidate.excess_views * view_weight_bound(frame, upper))
+    worst = max(candidate.excess_modalities)
+    if worst > 0.0:
+        cost = up(cost + up(worst * modality_weight_bound(frame, upper)))
+    return up(cost) + UNDERFLOW
+
+
+def _method(candidate: DualPoint) -> str:
+    treatment = "scaled" if candidate.feasible else "charged"
+    return f"dual point '{candidate.kind}', {treatment}"
+
+
+def _quotient(gap: float, value: float) -> float:
+    if gap == 0.0:
+        return 0.0
+    return up(gap / value) if value > 0.0 and math.isfinite(gap) else math.inf

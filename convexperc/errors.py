@@ -1,0 +1,74 @@
+"""One family of errors: each says what is wrong, with which value, what must hold, and what to do."""
+
+from typing import Any
+
+
+class ConvexpercError(Exception):
+    """Root of every error that this package raises on purpose.
+
+    Parameters
+    ----------
+    what : str
+        The thing that is wrong, for example ``"lambda2"`` or a file's name.
+    value : object
+        The offending value, kept as an attribute and shown (shortened) in the message.
+    must : str
+        What has to hold, for example ``"must be a finite number >= 0"``.
+    remedy : str
+        What the user can do about it.
+    """
+
+    def __init__(self, what: str, *, value: Any, must: str, remedy: str = "") -> None:
+        self.what = what
+        self.value = value
+        self.must = must
+        self.remedy = remedy
+        shown = repr(value)
+        if len(shown) > 120:
+            shown = f"{shown[:80]} ... {shown[-30:]}"
+        message = f"{what} {must}; got {shown}."
+        super().__init__(f"{message} {remedy}" if remedy else message)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the named parts, so that an error survives a worker process."""
+        return _rebuild, (type(self), self.what, self.value, self.must, self.remedy)
+
+
+def _rebuild(kind: type[ConvexpercError], what: str, value: Any, must: str, remedy: str) -> ConvexpercError:
+    return kind(what, value=value, must=must, remedy=remedy)
+
+
+class InputError(ConvexpercError, ValueError):
+    """An argument from the caller cannot be used."""
+
+
+class ProblemError(InputError):
+    """X, o or a lambda does not describe a legal problem."""
+
+
+class ModalityError(InputError):
+    """The modalities are not a partition of the columns of X."""
+
+
+class PointError(InputError):
+    """A pair (w, u) does not fit the problem that it is to be judged on."""
+
+
+class ImageError(InputError):
+    """A picture cannot be read or is absurd."""
+
+
+class FeatureError(InputError):
+    """A feature configuration, or a feature vector, cannot be used."""
+
+
+class FileFormatError(InputError):
+    """A problem, answer or configuration file does not follow its schema."""
+
+
+class SolverError(ConvexpercError, RuntimeError):
+    """A solver raised, or cannot treat this kind of problem."""
+
+
+class MissingExtraError(ConvexpercError, ImportError):
+    """An optional package is needed; the remedy names the extra to install."""

@@ -1,0 +1,149 @@
+"""Exact rational arithmetic for the equality cases, where rounding would change the answer.
+
+Rank cannot be proved in floating point. Here floats are taken as the rationals that they are; a basis is
+found modulo a large prime, where an independent set is independent over Q too, and every dependence that is
+used is then verified exactly.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from convexperc.arrays import Matrix, Vector
+from convexperc.rounding import Ball
+
+PRIME = 2**31 - 1
+WORK_LIMIT = 2_000_000
+"""Products of long integers that one exact step may cost (about a second); beyond it nothing is proved."""
+RANK_LIMIT = 200_000_000
+"""n^2 d up to which the rank modulo the prime is computed (about a second)."""
+
+Integers = NDArray[np.object_]
+
+
+@dataclass(frozen=True)
+class RowBasis:
+    """Rows and columns of X whose r x r block is invertible, r = rank modulo a prime <= rank over Q."""
+
+    rows: tuple[int, ...]
+    columns: tuple[int, ...]
+
+    @property
+    def rank(self) -> int:
+        """Number of rows."""
+        return len(self.rows)
+
+
+def integers(values: NDArray[np.float64]) -> tuple[Integers, int]:
+    """Write floats as integers times one power of two: values = result * 2^exponent, exactly."""
+    mantissas, exponents = np.frexp(values)
+    scaled = np.ldexp(mantissas, 53).astype(np.int64)
+    exponents = np.where(scaled == 0, 0, exponents.astype(np.int64) - 53)
+    lowest = int(exponents[scaled != 0].min(initial=np.iinfo(np.int64).max)) if scaled.any() else 0
+    shifts = np.where(scaled == 0, 0, exponents - lowest)
+    whole = scaled.astype(object) * np.left_shift(np.ones_like(shifts, dtype=object), shifts.astype(object))
+    return whole, lowest
+
+
+def row_basis(X: Matrix) -> RowBasis:
+    """Find a maximal independent set of rows modulo a prime, with its pivot columns.
+
+    Rows found independent are independent over the rationals (a minor that is not 0 modulo p is not 0).
+    """
+    whole, _ = integers(X)
+    work = np.array(whole % PRIME, dtype=np.int64)
+    free = list(range(X.shape[0]))
+    rows: list[int] = []
+    columns: list[int] = []
+    for column in range(X.shape[1]):
+        pivot = next((i for i in free if work[i, column]), None)
+        if pivot is None:
+            continue
+        free.remove(pivot)
+        rows.append(pivot)
+        columns.append(column)
+        if not free:
+            break
+        inverse = pow(int(work[pivot, column]), -1, PRIME)
+        for i in free:
+            if work[i, column]:
+                factor = int(work[i, column]) * inverse % PRIME
+                work[i] = (work[i] - factor * work[pivot] % PRIME) % PRIME
+    order = np.argsort(rows)
+    return RowBasis(tuple(rows[i] for i in order), tuple(columns[i] for i in order))
+
+
+def solve(A: Integers, B: Integers) -> tuple[Integers, int]:
+    """Solve for integers exactly, by Bareiss elimination: returns (Y, det) with A (Y / det) = B."""
+    size = A.shape[0]
+    work = np.concatenate([A, B], axis=1)
+    previous = 1
+    for k in range(size):
+        pivot = next(i for i in range(k, size) if work[i, k])
+        if pivot != k:
+            work[[k, pivot]] = work[[pivot, k]]
+        top = work[k].copy()
+        others = np.arange(size) != k
+        work[others] = (work[others] * top[k] - np.outer(work[others, k], top)) // previous
+        previous = int(top[k])
+    return work[:, size:], previous
+
+
+def squared_distance(X: Matrix, o: Vector) -> Fraction | None:
+    """min_w ||X'w - o||^2 as an exact rational, or None beyond `WORK_LIMIT`.
+
+    Formula: o'o - c_B' (X_B X_B')^-1 c_B with c = X o and B a row basis; that the other rows depend on B
+    is verified by X_j r = 0 for the exact residual r.
+    """
+    n, d = X.shape
+    if n * n * d > RANK_LIMIT:
+        return None
+    basis = row_basis(X)
+    if n * d * max(1, basis.rank) > WORK_LIMIT:
+        return None
+    (A, _), (t, exponent) = integers(X), integers(o)
+    total = int(t @ t)
+    unit = Fraction(2) ** (2 * exponent)
+    if basis.rank == 0:
+        return total * unit
+    B = A[list(basis.rows)]
+    c = B @ t
+    y, det = solve(B @ B.T, c[:, None])
+    residual = t * det - B.T @ y[:, 0]
+    if any(A @ residual):
+        return None
+    return Fraction(int(total * det - c @ y[:, 0]), det) * unit
+
+
+def into_left_null_space(X: Matrix, b: Vector) -> Ball | None:
+    """Move b into {b : X'b = 0} exactly, and enclose the result; None beyond `WORK_LIMIT`.
+
+    The free entries of b are kept as they are; the pivot entries follow from X_P' b_P = -X_F' b_F, solved
+    over the rationals and verified on every column.
+    """
+    n, d = X.shape
+    if n * n * d > RANK_LIMIT:
+        return None
+    basis = row_basis(X)
+    if basis.rank == n:
+        return Ball.exact(np.zeros(n))
+    if n * d * max(1, basis.rank) > WORK_LIMIT:
+        return None
+    A, _ = integers(X)
+    whole, exponent = integers(b)
+    P, F = list(basis.rows), [i for i in range(n) if i not in basis.rows]
+    result: list[Fraction] = [int(v) * Fraction(2) ** exponent for v in whole]
+    if P:
+        C = list(basis.columns)
+        y, det = solve(A[np.ix_(P, C)].T.copy(), -(A[np.ix_(F, C)].T @ whole[F])[:, None])
+        if any(A[P].T @ y[:, 0] + det * (A[F].T @ whole[F])):
+            return None
+        for row, value in zip(P, y[:, 0], strict=True):
+            result[row] = Fraction(int(value), det) * Fraction(2) ** exponent
+    mid = np.array([float(value) for value in result])
+    rad = np.array(
+        [0.0 if Fraction(m) == value else np.spacing(abs(m)) for m, value in zip(mid, result, strict=True)]
+    )
+    return Ball(mid, rad)

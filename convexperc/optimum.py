@@ -1,0 +1,82 @@
+"""What is known of every optimum before it is known: bounds of its weights, and entries that must be 0."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from convexperc.duality import DualPoint, Frame
+from convexperc.rounding import Ball, down, norm_bounds, smallest_singular_value, squared_norm, up
+
+
+def view_weight_bound(frame: Frame, upper: float) -> float:
+    """Upper bound of ||w*||_1.
+
+    Formula: at an optimum lambda2 ||w*||_1 <= min(F*, ||o||^2/2), and ||X'w*|| <= ||o||, so that
+    ||w*||_1 <= sqrt(n) ||o|| / sigma_min(X').
+
+    Parameters
+    ----------
+    frame : Frame
+    upper : float
+        An upper bound of F*.
+
+    Returns
+    -------
+    float
+        Infinite where neither bound applies.
+    """
+    length = norm_bounds(frame.target)[1]
+    sigma = smallest_singular_value(frame.X, frame.entry_error)
+    by_rank = (
+        up(up(math.sqrt(frame.X.shape[0])) * length / sigma * (1.0 + 2.0**-50)) if sigma > 0.0 else math.inf
+    )
+    return min(by_rank, _by_lambda(frame, upper, frame.lambda2[0]))
+
+
+def modality_weight_bound(frame: Frame, upper: float) -> float:
+    """Upper bound of ||u*||_M = sum_i ||u*^i||, from lambda3 ||u*||_M <= min(F*, ||o||^2/2)."""
+    return _by_lambda(frame, upper, frame.lambda3[0])
+
+
+def _by_lambda(frame: Frame, upper: float, weight: float) -> float:
+    if weight == 0.0:
+        return math.inf
+    return up(min(upper, 0.5 * squared_norm(frame.target)[1]) / weight)
+
+
+def proved_zeros(frame: Frame, point: DualPoint, gap: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Find the views and modalities that no optimum uses.
+
+    Formula: the dual is strongly concave; ||a - a*||^2 + ||b - b*||^2 / lambda1 <= 4 gap at a feasible point,
+
+        |v_j| + 2 sqrt(gap (||x^j||^2 + lambda1)) < lambda2   proves w*_j = 0,
+        ||X_i'b|| + 2 sqrt(gap lambda1) ||X_i||_F < lambda3   proves u*^i = 0.
+
+    Parameters
+    ----------
+    frame : Frame
+    point : DualPoint
+        A feasible one.
+    gap : float
+        Upper bound of F* - D(s a, s b).
+
+    Returns
+    -------
+    bool (n,), bool (m,)
+
+    Notes
+    -----
+    Source: Ndiaye et al., Gap Safe screening rules for sparsity enforcing penalties, JMLR 18 (2017).
+    """
+    root = up(2.0 * up(math.sqrt(max(gap, 0.0))))
+    coupling = frame.lambda1[1] if frame.lambda1[0] > 0.0 else 0.0
+    reach = np.array([up(math.sqrt(up(squared_norm(Ball.exact(row))[1] + coupling))) for row in frame.X])
+    views = (point.v.magnitude() * point.scale + root * reach) * (1.0 + 2.0**-48) < frame.lambda2[0]
+    norms = frame.modality_norms(frame.times_columns(point.b))
+    modalities = np.zeros(len(norms), dtype=bool)
+    for i, ((_, norm), columns) in enumerate(zip(norms, frame.modalities, strict=True)):
+        size = norm_bounds(Ball.exact(frame.X[:, columns].ravel()))[1]
+        spread = up(up(root * up(math.sqrt(coupling))) * size)
+        modalities[i] = up(up(norm * point.scale) + spread) < down(frame.lambda3[0])
+    return views, modalities

@@ -1,0 +1,189 @@
+"""Rounding made visible: float64 values together with a bound on their error.
+
+Assumed of the machine: IEEE 754 binary64, round to nearest, sums in any order, with or without fused
+multiply-add, no Strassen-like products. Flush-to-zero is allowed for: `UNDERFLOW` charges every operation
+with more than the largest subnormal number.
+
+Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., section 3.1 (gamma_k);
+Rump, Verification of positive definiteness, BIT 46 (2006).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from convexperc.arrays import Matrix
+
+U = 2.0**-53
+UNDERFLOW = 2.0**-1020
+Floats = NDArray[np.float64]
+
+
+def gamma(k: int) -> float:
+    """K u / (1 - k u), the relative error of k roundings in a row, rounded up."""
+    return k * U / (1.0 - k * U) * (1.0 + 8 * U)
+
+
+def up(value: float) -> float:
+    """The next float above."""
+    return math.nextafter(value, math.inf)
+
+
+def down(value: float) -> float:
+    """The next float below."""
+    return math.nextafter(value, -math.inf)
+
+
+@dataclass(frozen=True)
+class Ball:
+    """Real numbers known to lie within `rad` of the floats `mid`, entry by entry.
+
+    Attributes
+    ----------
+    mid, rad : float64 arrays of one shape
+        rad >= 0; infinite where nothing is known.
+    """
+
+    mid: Floats
+    rad: Floats
+
+    @classmethod
+    def exact(cls, values: Floats) -> "Ball":
+        """Floats that stand for themselves."""
+        return cls(values, np.zeros_like(values))
+
+    def magnitude(self) -> Floats:
+        """Upper bounds of the absolute values."""
+        return (np.abs(self.mid) + self.rad) * (1.0 + 4 * U)
+
+    def plus(self, other: "Ball", sign: float = 1.0) -> "Ball":
+        """Self + sign * other with sign = 1 or -1."""
+        mid = self.mid + sign * other.mid
+        rad = (self.rad + other.rad + U * np.abs(mid)) * (1.0 + 8 * U)
+        return Ball(mid, rad)
+
+    def times(self, factor: float) -> "Ball":
+        """The product with one float."""
+        mid = self.mid * factor
+        rad = (self.rad * abs(factor) + U * np.abs(mid)) * (1.0 + 8 * U)
+        return Ball(mid, np.where((self.mid == 0) & (self.rad == 0), 0.0, rad + UNDERFLOW))
+
+
+def product(A: Matrix, x: Ball, entry_error: float = 0.0) -> Ball:
+    """Enclose A x.
+
+    Parameters
+    ----------
+    A : float64 (r, k)
+        Each entry within `entry_error` of the number that it stands for.
+    x : Ball of shape (k,)
+
+    Returns
+    -------
+    Ball of shape (r,)
+    """
+    k = A.shape[1]
+    mid = A @ x.mid
+    size = np.abs(x.mid)
+    if not size.any() and not x.rad.any():
+        return Ball.exact(np.zeros(A.shape[0]))
+    absolute = np.abs(A)
+    rad = gamma(k + 1) * (absolute @ size)
+    if x.rad.any():
+        rad = rad + absolute @ x.rad
+    outside = (UNDERFLOW + entry_error) * (k + float(size.sum()) + float(x.rad.sum()))
+    return Ball(mid, (rad + outside) * (1.0 + 4 * (k + 8) * U))
+
+
+def inner(x: Ball, y: Ball) -> tuple[float, float]:
+    """Enclose x'y as (lower, upper)."""
+    k = x.mid.size
+    mid = float(x.mid @ y.mid)
+    ax, ay = np.abs(x.mid), np.abs(y.mid)
+    rad = gamma(k + 1) * float(ax @ ay) + float(ax @ y.rad) + float(x.rad @ ay) + float(x.rad @ y.rad)
+    if rad > 0.0 or mid != 0.0 or (ax.any() and ay.any()):
+        rad += k * UNDERFLOW
+    rad = up(rad * (1.0 + 4 * (k + 8) * U)) if rad > 0.0 else 0.0
+    return _around(mid, rad)
+
+
+def squared_norm(x: Ball) -> tuple[float, float]:
+    """Enclose ||x||_2^2 as (lower, upper), both >= 0."""
+    lower, upper = inner(x, x)
+    return max(0.0, lower), upper
+
+
+def norm_bounds(x: Ball) -> tuple[float, float]:
+    """Enclose ||x||_2 as (lower, upper)."""
+    lower, upper = squared_norm(x)
+    return max(0.0, down(math.sqrt(lower))), up(math.sqrt(upper)) if upper > 0.0 else 0.0
+
+
+def sum_bounds(*parts: tuple[float, float]) -> tuple[float, float]:
+    """Enclose the sum of scalars that are given as (lower, upper)."""
+    return _fold_down([p[0] for p in parts]), _fold_up([p[1] for p in parts])
+
+
+def scaled_bounds(factor: tuple[float, float], value: tuple[float, float]) -> tuple[float, float]:
+    """Enclose the product of a factor >= 0 and a value >= 0, each given as (lower, upper); 0 * inf is 0."""
+    low = factor[0] * value[0] if factor[0] and value[0] else 0.0
+    high = factor[1] * value[1] if factor[1] and value[1] else 0.0
+    return max(0.0, down(low)) if low else 0.0, up(high) if factor[1] and value[1] else 0.0
+
+
+def _around(mid: float, rad: float) -> tuple[float, float]:
+    if math.isnan(mid) or math.isnan(rad):
+        return -math.inf, math.inf
+    if rad == 0.0:
+        return mid, mid
+    return down(mid - rad), up(mid + rad)
+
+
+def _fold_up(values: list[float]) -> float:
+    total = 0.0
+    for value in values:
+        if value:
+            total = up(total + value) if total else value
+    return total
+
+
+def _fold_down(values: list[float]) -> float:
+    total = 0.0
+    for value in values:
+        if value:
+            total = down(total + value) if total else value
+    return total
+
+
+def smallest_singular_value(X: Matrix, entry_error: float = 0.0) -> float:
+    """A proved lower bound of sigma_min(X') for n <= d (0 where nothing can be proved).
+
+    Formula: X X' - c I has a Cholesky factor in floating point only if X X' >= (c - e) I, where
+    e = (gamma_d + 2 gamma_(n+1)) ||X||_F^2 bounds all rounding (Rump 2006).
+
+    Parameters
+    ----------
+    X : float64 (n, d)
+
+    Returns
+    -------
+    float
+    """
+    n, d = X.shape
+    if n > d:
+        return 0.0
+    gram = X @ X.T
+    total = up(float(np.trace(gram)) * (1.0 + 4 * (n + d) * U))
+    error = (gamma(d + 2) + 4 * gamma(n + 4)) * total + n * d * (UNDERFLOW + entry_error * (1.0 + total))
+    if not math.isfinite(total) or error >= total:
+        return 0.0
+    shift = 0.5 * float(np.linalg.eigvalsh(gram)[0])
+    if shift <= 4 * error:
+        return 0.0
+    try:
+        np.linalg.cholesky(gram - shift * np.eye(n))
+    except np.linalg.LinAlgError:
+        return 0.0
+    return max(0.0, down(math.sqrt(down(shift - 2 * error))))

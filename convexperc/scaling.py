@@ -1,0 +1,115 @@
+"""Exact normalisation by powers of two, and its exact undoing.
+
+F is homogeneous in two ways. With X = s X_, o = t o_ and s, t powers of two,
+
+    lambda1 = s^2 lambda1_,  lambda2 = s t lambda2_,  lambda3 = s^2 t lambda3_
+    w = (t / s) w_,          u = (t / s^2) u_,         F = t^2 F_
+
+so that every solver may work on rows of norm about 1 and a target of norm about 1.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from convexperc.arrays import Matrix, Vector
+from convexperc.problem import Problem
+
+LARGEST = 2.0**1000
+"""Scaled lambdas above this are cut here for solvers; a smaller lambda can only lower F*."""
+
+Bounds = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """The exponents of s = 2^x and t = 2^o.
+
+    Attributes
+    ----------
+    x, o : int
+        Binary exponents taken out of X and of o.
+    """
+
+    x: int
+    o: int
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Scaling":
+        """Choose the exponents: the longest row of X, and o, get a norm in [1/2, 1)."""
+        return cls(_exponent(problem.X), _exponent(problem.o[None, :]))
+
+    def data(self, problem: Problem) -> tuple[Matrix, Vector, float]:
+        """X_, o_, and a bound on the error of each of their entries (0 unless an entry underflowed)."""
+        X = np.ldexp(problem.X, -self.x)
+        o = np.ldexp(problem.o, -self.o)
+        exact = np.array_equal(np.ldexp(X, self.x), problem.X) and np.array_equal(
+            np.ldexp(o, self.o), problem.o
+        )
+        return X, o, 0.0 if exact else 2.0**-1074
+
+    def lambdas(self, problem: Problem) -> tuple[Bounds, Bounds, Bounds]:
+        """lambda1_, lambda2_, lambda3_ as (lower, upper), equal unless one leaves the range of float64."""
+        exponents = (2 * self.x, self.x + self.o, 2 * self.x + self.o)
+        one, two, three = (_shifted(v, -e) for v, e in zip(problem.lambdas, exponents, strict=True))
+        return one, two, three
+
+    def point(self, w: Vector, u: NDArray[np.float64]) -> tuple[Vector, NDArray[np.float64]]:
+        """(w_, u_) of a point (w, u) on the original data."""
+        with np.errstate(over="ignore", under="ignore"):
+            return np.ldexp(w, self.x - self.o), np.ldexp(u, 2 * self.x - self.o)
+
+    def point_back(self, w: Vector, u: NDArray[np.float64]) -> tuple[Vector, NDArray[np.float64]]:
+        """(w, u) on the original data of a point (w_, u_)."""
+        with np.errstate(over="ignore", under="ignore"):
+            return np.ldexp(w, self.o - self.x), np.ldexp(u, self.o - 2 * self.x)
+
+    def dual(self, a: NDArray[np.float64], b: Vector) -> tuple[NDArray[np.float64], Vector]:
+        """(a_, b_) of a dual point (a, b): a = t a_ and b = s t b_."""
+        with np.errstate(over="ignore", under="ignore"):
+            return np.ldexp(a, -self.o), np.ldexp(b, -self.x - self.o)
+
+    def dual_back(self, a: NDArray[np.float64], b: Vector) -> tuple[NDArray[np.float64], Vector]:
+        """(a, b) on the original data of a dual point (a_, b_)."""
+        with np.errstate(over="ignore", under="ignore"):
+            return np.ldexp(a, self.o), np.ldexp(b, self.x + self.o)
+
+    def value_back(self, bounds: Bounds) -> Bounds:
+        """Bounds of F on the original data from bounds of F_, rounded outward where that is no float."""
+        lower, upper = bounds
+        low, high = _shifted(lower, 2 * self.o), _shifted(upper, 2 * self.o)
+        return low[0], high[1]
+
+    def gradient_back(self, bounds: Bounds) -> Bounds:
+        """Bounds of a lambda2 on the original data from bounds of lambda2_: lambda2 = s t lambda2_."""
+        lower, upper = bounds
+        return _shifted(lower, self.x + self.o)[0], _shifted(upper, self.x + self.o)[1]
+
+    def normalise(self, problem: Problem) -> Problem:
+        """The normalised problem for a solver: nearest floats, lambdas cut at `LARGEST`."""
+        X, o, _ = self.data(problem)
+        one, two, three = (min(high, LARGEST) for _, high in self.lambdas(problem))
+        return Problem(X, o, modalities=problem.modalities, lambda1=one, lambda2=two, lambda3=three)
+
+
+def _exponent(rows: Matrix) -> int:
+    """Binary exponent e of the longest row: 2^-e times its norm lies in [1/2, 1)."""
+    largest = float(np.abs(rows).max())
+    if largest == 0.0:
+        return 0
+    first = math.frexp(largest)[1]
+    norms = np.linalg.norm(np.ldexp(rows, -first), axis=1)
+    return first + math.frexp(float(norms.max()))[1]
+
+
+def _shifted(value: float, exponent: int) -> Bounds:
+    """Value * 2^exponent, value >= 0, as (lower, upper) floats."""
+    try:
+        moved = math.ldexp(value, exponent)
+    except OverflowError:
+        return LARGEST, math.inf
+    if not math.isfinite(moved) or math.ldexp(moved, -exponent) == value:
+        return moved, moved
+    return max(0.0, math.nextafter(moved, -math.inf)), math.nextafter(moved, math.inf)

@@ -1,0 +1,143 @@
+"""The ground truth: Eq. (full) posed directly in CVXPY and solved by Clarabel."""
+
+import threading
+import warnings
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from convexperc.errors import SolverError
+from convexperc.problem import Problem
+from convexperc.solution import Candidate
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Eq. (full) in CVXPY with o and the lambdas as parameters (DPP): one compiled model for every template.
+
+    Attributes
+    ----------
+    problem : cvxpy.Problem
+    w, u : cvxpy.Variable
+    o, lambda1, lambda2, lambda3 : cvxpy.Parameter
+    """
+
+    problem: Any
+    w: Any
+    u: Any
+    o: Any
+    lambda1: Any
+    lambda2: Any
+    lambda3: Any
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Model":
+        """Pose the problem, term by term as it is printed.
+
+        Notes
+        -----
+        Paper: Eq. (full).
+        """
+        X = problem.X
+        w, u, o = cp.Variable(problem.n), cp.Variable(problem.d), cp.Parameter(problem.d)
+        lambda1, lambda2, lambda3 = (cp.Parameter(nonneg=True) for _ in range(3))
+        objective = (
+            cp.sum_squares(X.T @ w - o)
+            + lambda1 * cp.sum_squares(X @ u - w)
+            + lambda2 * cp.norm1(w)
+            + lambda3 * sum(cp.norm2(u[columns]) for columns in problem.modalities)
+        )
+        return cls(cp.Problem(cp.Minimize(objective)), w, u, o, lambda1, lambda2, lambda3)
+
+    def assign(self, problem: Problem) -> None:
+        """Put the data of one template into the parameters."""
+        self.o.value = problem.o
+        self.lambda1.value, self.lambda2.value, self.lambda3.value = problem.lambdas
+
+
+class ModelCache:
+    """The last few compiled models, by the data that they were compiled for."""
+
+    def __init__(self, size: int = 4) -> None:
+        self._size = size
+        self._models: OrderedDict[tuple[Any, ...], Model] = OrderedDict()
+        self.lock = threading.Lock()
+
+    def __reduce__(self) -> tuple[type["ModelCache"], tuple[int]]:
+        """Pickle without the models: compiled CVXPY problems do not travel."""
+        return ModelCache, (self._size,)
+
+    def model(self, problem: Problem) -> Model:
+        """Return the model compiled for this X and partition, compiling it if it is new."""
+        columns = tuple(np.r_[c].tobytes() for c in problem.modalities)
+        key = problem.X.shape, problem.X.tobytes(), columns
+        if key not in self._models:
+            self._models[key] = Model.of(problem)
+        self._models.move_to_end(key)
+        while len(self._models) > self._size:
+            self._models.popitem(last=False)
+        return self._models[key]
+
+
+@dataclass(frozen=True)
+class Conic:
+    """CVXPY + Clarabel, tight.
+
+    Attributes
+    ----------
+    tolerance : float
+        Clarabel's tol_gap_abs, tol_gap_rel and tol_feas. Below what it reaches on purpose: it then stops
+        for lack of progress at the best point that it can find, and the certificate judges that.
+    max_iterations : int
+    """
+
+    tolerance: float = 1e-13
+    max_iterations: int = 400
+    _cache: ModelCache = field(default_factory=ModelCache, compare=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """Short name, for reports."""
+        return "cvxpy+clarabel"
+
+    def candidate(self, problem: Problem) -> Candidate:
+        """Answer one normalised problem.
+
+        Raises
+        ------
+        SolverError
+            CVXPY or Clarabel raised, or returned no point.
+        """
+        with self._cache.lock:
+            model = self._cache.model(problem)
+            model.assign(problem)
+            claim = self._solve(model)
+            w, u = model.w.value, model.u.value
+            iterations = model.problem.solver_stats.num_iters if model.problem.solver_stats else 0
+        if w is None or u is None:
+            remedy = "Normalise the problem (convexperc.solve does) or choose another solver."
+            raise SolverError("Clarabel", value=claim, must="must return a point", remedy=remedy)
+        return Candidate(
+            np.array(w, dtype=np.float64), np.array(u, dtype=np.float64), claim, int(iterations or 0)
+        )
+
+    def _solve(self, model: Model) -> str:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)
+                model.problem.solve(
+                    solver=cp.CLARABEL,
+                    tol_gap_abs=self.tolerance,
+                    tol_gap_rel=self.tolerance,
+                    tol_feas=self.tolerance,
+                    max_iter=self.max_iterations,
+                )
+        except (cp.error.SolverError, ValueError, ArithmeticError) as problem:
+            remedy = "Choose another solver; the problem itself is convex and has an optimum."
+            raise SolverError(
+                "Clarabel", value=str(problem), must="must not fail", remedy=remedy
+            ) from problem
+        return str(model.problem.status)

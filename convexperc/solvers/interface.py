@@ -1,0 +1,23 @@
+"""What every solver looks like: a frozen bundle of named parameters with one method."""
+
+from typing import Protocol
+
+from convexperc.problem import Problem
+from convexperc.solution import Candidate
+
+
+class Solver(Protocol):
+    """Answers one normalised problem; judges nothing."""
+
+    @property
+    def name(self) -> str:
+        """Short name, for reports."""
+
+    def candidate(self, problem: Problem) -> Candidate:
+        """Answer `problem`.
+
+        Raises
+        ------
+        SolverError
+            The solver raised, returned no point, or cannot treat this kind of problem.
+        """
