@@ -1,0 +1,113 @@
+"""Parts: the boxes, cylinders and small meshes of which every model in a scene is made."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float, Int
+
+Point = tuple[float, float, float]
+Triangle = tuple[int, int, int]
+Shape = Literal["box", "cylinder", "capsule", "ellipsoid", "mesh"]
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One piece of a model, in the model's own frame.
+
+    Parameters
+    ----------
+    shape : {"box", "cylinder", "capsule", "ellipsoid", "mesh"}
+        Kind of body.
+    material : str
+        Name of the paint; see `convexperc.simulation.scenes.MATERIALS`.
+    size : tuple of float
+        Half sizes in metres: (x, y, z) of a box or an ellipsoid; (radius, half length) of a cylinder or
+        a capsule, whose axis is z. Empty for a mesh.
+    position : tuple of float
+        Centre, in metres. A mesh keeps its own coordinates.
+    rotation : tuple of float
+        Euler angles about x, y and z, in degrees.
+    vertices : tuple of points
+        Corners of a mesh, in metres.
+    faces : tuple of triangles
+        Indices into `vertices`, anticlockwise seen from outside; empty for the convex hull.
+    """
+
+    shape: Shape
+    material: str
+    size: tuple[float, ...] = ()
+    position: Point = (0.0, 0.0, 0.0)
+    rotation: Point = (0.0, 0.0, 0.0)
+    vertices: tuple[Point, ...] = ()
+    faces: tuple[Triangle, ...] = ()
+
+
+def box(material: str, size: Point, position: Point, rotation: Point = (0.0, 0.0, 0.0)) -> Part:
+    """Return a box of full extents `size` (metres) centred at `position`, turned by `rotation` (degrees)."""
+    return Part("box", material, (size[0] / 2, size[1] / 2, size[2] / 2), position, rotation)
+
+
+def disc(material: str, radius: float, width: float, position: Point, axis: Literal["x", "z"] = "x") -> Part:
+    """Return a cylinder of the given radius and full width (metres) about the x or the z axis."""
+    rotation = (0.0, 90.0, 0.0) if axis == "x" else (0.0, 0.0, 0.0)
+    return Part("cylinder", material, (radius, width / 2), position, rotation)
+
+
+def blob(material: str, size: Point, position: Point) -> Part:
+    """Return an ellipsoid of full extents `size` (metres)."""
+    return Part("ellipsoid", material, (size[0] / 2, size[1] / 2, size[2] / 2), position)
+
+
+def hull(material: str, corners: Sequence[Point]) -> Part:
+    """Return the convex hull of `corners` (metres)."""
+    return Part("mesh", material, vertices=tuple(corners))
+
+
+def loft(material: str, rings: Float[np.ndarray, "stations corners 3"]) -> Part:
+    """Return the closed skin over a row of rings with equally many corners each.
+
+    Parameters
+    ----------
+    material : str
+        Name of the paint.
+    rings : ndarray, shape (stations, corners, 3)
+        Corners in metres; anticlockwise in the (x, z) plane seen from -y, stations in growing y.
+
+    Returns
+    -------
+    Part
+        A mesh whose two ends are closed by fans.
+    """
+    vertices = tuple((float(x), float(y), float(z)) for x, y, z in rings.reshape(-1, 3))
+    faces = _loft_faces(rings.shape[0], rings.shape[1])
+    return Part(
+        "mesh", material, vertices=vertices, faces=tuple((int(a), int(b), int(c)) for a, b, c in faces)
+    )
+
+
+def _loft_faces(stations: int, corners: int) -> Int[np.ndarray, "faces 3"]:
+    index = np.arange(stations * corners).reshape(stations, corners)
+    here, there = index[:-1], index[1:]
+    here_next, there_next = np.roll(here, -1, axis=1), np.roll(there, -1, axis=1)
+    sides = [np.stack([here, there, here_next], -1), np.stack([here_next, there, there_next], -1)]
+    first, last = index[0], index[-1]
+    fan = [(first[0], first[k], first[k + 1]) for k in range(1, corners - 1)]
+    fan += [(last[0], last[k + 1], last[k]) for k in range(1, corners - 1)]
+    return np.concatenate([side.reshape(-1, 3) for side in sides] + [np.array(fan)])
+
+
+def mirrored(part: Part) -> Part:
+    """Return the mirror image of `part` in the plane x = 0, for boxes, discs, ellipsoids and hulls."""
+    x, y, z = part.position
+    a, b, c = part.rotation
+    corners = tuple((-p[0], p[1], p[2]) for p in part.vertices)
+    return Part(part.shape, part.material, part.size, (-x, y, z), (a, -b, -c), corners)
+
+
+def both_sides(parts: Sequence[Part]) -> Iterator[Part]:
+    """Yield each part and its mirror image in the plane x = 0."""
+    for part in parts:
+        yield part
+        yield mirrored(part)
