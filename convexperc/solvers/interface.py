@@ -1,11 +1,12 @@
 """What every solver looks like: a frozen bundle of named parameters with one method."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from convexperc.problem import Problem
 from convexperc.solution import Candidate
 
 
+@runtime_checkable
 class Solver(Protocol):
     """Answers one normalised problem; judges nothing."""
 

@@ -1,0 +1,91 @@
+"""From pictures to the matrix of feature vectors, one row a view, one block of columns a modality."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from jaxtyping import Float
+
+from convexperc.errors import FeatureError
+from convexperc.features.color import color_histogram
+from convexperc.features.configuration import UNIT_LENGTH, FeatureConfiguration
+from convexperc.features.hog import hog_descriptor
+from convexperc.features.lbp import lbp_histogram
+from convexperc.images import as_rgb, resize, to_gray
+
+
+def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Float[np.ndarray, "n d"]:
+    """Describe each view by its colour, shape and texture.
+
+    A picture is brought to the working size; R, G, B give the colour histogram, the gray values
+    (`to_gray`) give HOG and LBP. The columns of each modality are ``configuration.modality_sizes``,
+    in that order.
+
+    Parameters
+    ----------
+    images : iterable of ndarray of uint8 or uint16
+        n >= 1 pictures of any sizes, gray, RGB or RGB and alpha (see `as_rgb`).
+    configuration : FeatureConfiguration
+        Every number that the features depend on.
+
+    Returns
+    -------
+    ndarray of float64, (n, d), read-only
+        With "unit length by modality", each block of a row has the Euclidean length 1, or is zero
+        (the HOG of a uniform picture is).
+
+    Raises
+    ------
+    FeatureError
+        There is no picture, or one array was given in place of several.
+    ImageError
+        A picture cannot be used; the error says which, as ``images[i]``.
+
+    Notes
+    -----
+    Paper: Section IV
+    """
+    if isinstance(images, np.ndarray) and images.ndim < 4:
+        remedy = "For one view, pass a list with one picture."
+        raise FeatureError(
+            "images", value=images.shape, must="must be several pictures, not one", remedy=remedy
+        )
+    rows = [_describe(image, f"images[{i}]", configuration) for i, image in enumerate(images)]
+    if not rows:
+        raise FeatureError("images", value=rows, must="must hold at least one picture")
+    matrix = np.stack(rows)
+    matrix.flags.writeable = False
+    return matrix
+
+
+def unit_length(vector: Float[np.ndarray, " d"]) -> Float[np.ndarray, " d"]:
+    """``v / ||v||_2``; zero stays zero.
+
+    An exact power of two is divided out first, so that neither the squares of large entries overflow
+    nor those of tiny (subnormal) ones vanish.
+
+    Raises
+    ------
+    FeatureError
+        An entry is NaN or infinite.
+    """
+    largest = np.abs(vector).max(initial=0.0)
+    if not np.isfinite(largest):
+        raise FeatureError("feature vector", value=largest, must="must be finite")
+    if largest == 0.0:
+        return np.zeros_like(vector)
+    scaled = np.ldexp(vector, -np.frexp(largest)[1])
+    unit: Float[np.ndarray, " d"] = scaled / np.linalg.norm(scaled)
+    return unit
+
+
+def _describe(image: object, name: str, configuration: FeatureConfiguration) -> Float[np.ndarray, " d"]:
+    picture = resize(as_rgb(image, name), configuration.working_size)
+    gray = to_gray(picture)
+    blocks = {
+        "color": color_histogram(picture, configuration),
+        "hog": hog_descriptor(gray, configuration),
+        "lbp": lbp_histogram(gray, configuration),
+    }
+    if configuration.normalisation == UNIT_LENGTH:
+        blocks = {modality: unit_length(block) for modality, block in blocks.items()}
+    return np.concatenate(list(blocks.values()))
