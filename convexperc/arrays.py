@@ -4,16 +4,19 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from convexperc.errors import InputError, ProblemError
 
 Vector = Float[np.ndarray, " n"]
+"""One number a view."""
+FeatureVector = Float[np.ndarray, " d"]
+"""One number a feature."""
 Matrix = Float[np.ndarray, "n d"]
 
 
 def real_array(
-    value: ArrayLike, name: str, ndim: int, *, error: type[InputError] = ProblemError, finite: bool = True
+    value: Any, name: str, ndim: int, *, error: type[InputError] = ProblemError, finite: bool = True
 ) -> NDArray[np.float64]:
     """Copy `value` to a read-only, C-contiguous float64 array of `ndim` dimensions.
 
@@ -60,7 +63,7 @@ def real_array(
     return array
 
 
-def _as_array(value: ArrayLike, name: str, error: type[InputError]) -> NDArray[Any]:
+def _as_array(value: Any, name: str, error: type[InputError]) -> NDArray[Any]:
     """Turn `value` into an array of a real kind (bool, integer, float) without changing its numbers."""
     try:
         source = np.asarray(value)

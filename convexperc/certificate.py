@@ -7,11 +7,12 @@ rounding included (`convexperc.rounding` says what is assumed of the machine).
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from convexperc.arrays import Vector, real_array
+from convexperc.arrays import FeatureVector, Vector, nonnegative_number, real_array
 from convexperc.duality import DualPoint, Frame, GapTerms, candidates, dual_value, gap_terms
 from convexperc.errors import PointError
 from convexperc.exact import squared_distance
@@ -43,6 +44,8 @@ class Certificate:
     ----------
     lower, upper : float
         lower <= F* <= upper.
+    target : float
+        Lower bound of ||o||^2, which F* never exceeds by more than rounding.
     objective : (float, float)
         Bounds of F(w, u).
     gap : float
@@ -67,6 +70,7 @@ class Certificate:
 
     lower: float
     upper: float
+    target: float
     objective: Bounds
     gap: float
     relative_gap: float
@@ -84,6 +88,13 @@ class Certificate:
         """Whether the gap is within the tolerances; false for NaN."""
         return self.relative_gap <= self.relative_tolerance or self.share_of_target <= self.absolute_tolerance
 
+    @property
+    def enclosed(self) -> bool:
+        """Whether [lower, upper] is as narrow as the tolerances ask, whatever the point (w, u) is."""
+        width = up(self.upper - self.lower) if self.upper > self.lower else 0.0
+        room = max(self.relative_tolerance * self.lower, self.absolute_tolerance * self.target)
+        return self.certified or width <= room
+
     def is_optimal(self, eps: float) -> bool:
         """Whether F(w, u) - F* <= eps is proved."""
         return self.gap <= eps
@@ -91,10 +102,10 @@ class Certificate:
 
 def certify(
     problem: Problem,
-    w: ArrayLike,
-    u: ArrayLike,
+    w: Any,
+    u: Any,
     *,
-    dual: tuple[ArrayLike, ArrayLike] | None = None,
+    dual: tuple[Any, Any] | None = None,
     relative_tolerance: float = RELATIVE,
     absolute_tolerance: float = ABSOLUTE,
 ) -> Certificate:
@@ -119,8 +130,10 @@ def certify(
     Raises
     ------
     PointError
-        A wrong shape, or entries that are not real numbers.
+        A wrong shape, entries that are not real numbers, or a tolerance that is not a finite number >= 0.
     """
+    relative_tolerance = nonnegative_number(relative_tolerance, "relative_tolerance", error=PointError)
+    absolute_tolerance = nonnegative_number(absolute_tolerance, "absolute_tolerance", error=PointError)
     scaling = Scaling.of(problem)
     frame = Frame.of(problem, scaling)
     point = scaling.point(_entries(w, problem.n, "w"), _entries(u, problem.d, "u"))
@@ -134,6 +147,7 @@ def certify(
     return Certificate(
         lower=lower,
         upper=upper,
+        target=scaling.value_back((target, target))[0],
         objective=scaling.value_back(proof.objective),
         gap=scaling.value_back((0.0, proof.gap))[1],
         relative_gap=_quotient(proof.gap, proof.lower),
@@ -148,7 +162,7 @@ def certify(
     )
 
 
-def _entries(values: ArrayLike, length: int, name: str) -> Vector:
+def _entries(values: Any, length: int, name: str) -> Vector:
     array = real_array(values, name, 1, error=PointError, finite=False)
     if array.shape != (length,):
         raise PointError(name, value=array.shape, must=f"must have shape ({length},) to fit the problem")
@@ -165,7 +179,7 @@ class _Point:
     objective: Bounds
 
     @classmethod
-    def of(cls, frame: Frame, w: Vector, u: NDArray[np.float64]) -> "_Point":
+    def of(cls, frame: Frame, w: Vector, u: FeatureVector) -> "_Point":
         finite = bool(np.isfinite(w).all() and np.isfinite(u).all())
         if not finite:
             return cls(Ball.exact(np.zeros_like(w)), Ball.exact(np.zeros_like(u)), False, (0.0, math.inf))
@@ -209,7 +223,7 @@ def _prove(
     frame: Frame,
     scaling: Scaling,
     point: _Point,
-    hint: tuple[Vector, Vector] | None,
+    hint: tuple[FeatureVector, Vector] | None,
 ) -> _Proof:
     """Take the best of all bounds: F >= 0, the exact one of the equality case, and every dual point's."""
     upper = min(point.objective[1], squared_norm(frame.target)[1])

@@ -1,5 +1,6 @@
 """Critical lambdas: where the optimum becomes w = 0, and where it becomes u = 0."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -46,7 +47,8 @@ def critical_lambda3(problem: Problem, solve: Callable[[Problem], Solution]) -> 
 
     Formula: 2 lambda1 max_i ||X_i' w||, where w minimises ||X'w - o||^2 + lambda1 ||w||^2 + lambda2 ||w||_1,
     found by solving the problem with a lambda3 so large that u = 0 for sure:
-    ||b*|| <= 2 sqrt(lambda1) ||o|| at every optimum, so ||X_i'b*|| <= 2 sqrt(lambda1) ||o|| ||X_i||_F.
+    ||b*|| <= 2 sqrt(lambda1) ||o|| at every optimum, so ||X_i'b*|| <= 2 sqrt(lambda1) ||o|| ||X_i||_F, on
+    normalised data.
 
     Parameters
     ----------
@@ -62,11 +64,13 @@ def critical_lambda3(problem: Problem, solve: Callable[[Problem], Solution]) -> 
     """
     if problem.lambda1 == 0.0:
         return 0.0
-    size = max(float(np.linalg.norm(block)) for block in problem.blocks())
-    large = 4.0 * np.sqrt(problem.lambda1) * float(np.linalg.norm(problem.o)) * size + 1.0
-    one, two = problem.lambda1, problem.lambda2
+    scaling = Scaling.of(problem)
+    normal = scaling.normalise(problem)
+    one, two = normal.lambda1, normal.lambda2
+    large = 8.0 * math.sqrt(one) * problem.d * problem.n
     without_u = Problem(
-        problem.X, problem.o, modalities=problem.modalities, lambda1=one, lambda2=two, lambda3=large
+        normal.X, normal.o, modalities=normal.modalities, lambda1=one, lambda2=two, lambda3=large
     )
     w = solve(without_u).w
-    return 2.0 * one * max(float(np.linalg.norm(block.T @ w)) for block in problem.blocks())
+    found = 2.0 * one * max(float(np.linalg.norm(block.T @ w)) for block in normal.blocks())
+    return math.ldexp(found, 2 * scaling.x + scaling.o)

@@ -15,9 +15,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from convexperc.arrays import Matrix, Vector
+from convexperc.arrays import FeatureVector, Matrix, Vector
 from convexperc.exact import into_left_null_space
 from convexperc.modalities import Modalities
 from convexperc.objective import residuals
@@ -51,7 +50,7 @@ class Frame:
     """
 
     X: Matrix
-    o: Vector
+    o: FeatureVector
     modalities: Modalities
     lambda1: Bounds
     lambda2: Bounds
@@ -103,7 +102,7 @@ class DualPoint:
     """
 
     kind: str
-    a: Vector
+    a: FeatureVector
     b: Ball
     v: Ball
     scale: float
@@ -126,7 +125,7 @@ def dual_value(frame: Frame, point: DualPoint) -> Bounds:
     return down(low), up(high)
 
 
-def _value_parts(frame: Frame, a: Vector, b: Ball) -> tuple[Bounds, Bounds]:
+def _value_parts(frame: Frame, a: FeatureVector, b: Ball) -> tuple[Bounds, Bounds]:
     """-a'o and Q = ||a||^2/4 + ||b||^2/(4 lambda1); b must be 0 where lambda1 is 0."""
     low, high = inner(Ball.exact(a), frame.target)
     a_part, b_part = squared_norm(Ball.exact(a)), squared_norm(b)
@@ -141,7 +140,7 @@ def _value_parts(frame: Frame, a: Vector, b: Ball) -> tuple[Bounds, Bounds]:
 
 
 def candidates(
-    frame: Frame, w: Vector, u: NDArray[np.float64], hint: tuple[Vector, Vector] | None
+    frame: Frame, w: Vector, u: FeatureVector, hint: tuple[FeatureVector, Vector] | None
 ) -> Iterator[DualPoint]:
     """Every dual point that (w, u), and a solver's own dual (a, b) if given, suggest.
 
@@ -180,7 +179,7 @@ def _plain(frame: Frame) -> Problem:
     return Problem(frame.X, frame.o, modalities=frame.modalities, lambda1=one, lambda2=two, lambda3=three)
 
 
-def _with_slack(frame: Frame, kind: str, a: Vector, Xa: Ball, v: Vector) -> Iterator[DualPoint]:
+def _with_slack(frame: Frame, kind: str, a: FeatureVector, Xa: Ball, v: Vector) -> Iterator[DualPoint]:
     """B := X a - v for floats |v| <= lambda2."""
     b = Xa.plus(Ball.exact(v), -1.0)
     norms = [high for _, high in frame.modality_norms(frame.times_columns(b))]
@@ -188,7 +187,7 @@ def _with_slack(frame: Frame, kind: str, a: Vector, Xa: Ball, v: Vector) -> Iter
 
 
 def _with_coupling(
-    frame: Frame, kind: str, a: Vector, Xa: Ball, b: Ball, norms: float | None = None
+    frame: Frame, kind: str, a: FeatureVector, Xa: Ball, b: Ball, norms: float | None = None
 ) -> Iterator[DualPoint]:
     """V := X a - b for a chosen b; `norms` = 0 where X'b = 0 is known exactly."""
     v = Xa.plus(b, -1.0)
@@ -208,7 +207,9 @@ def _shrunk(frame: Frame, b: Vector) -> Ball:
     return Ball.exact(b * (frame.lambda3[0] / worst * (1.0 - 64 * U)))
 
 
-def _scaled(frame: Frame, kind: str, a: Vector, b: Ball, v: Ball, norms: list[float]) -> Iterator[DualPoint]:
+def _scaled(
+    frame: Frame, kind: str, a: FeatureVector, b: Ball, v: Ball, norms: list[float]
+) -> Iterator[DualPoint]:
     """The point scaled into the feasible set, and the unscaled one with its excess if it has any."""
     linear, quadratic = _value_parts(frame, a, b)
     if not (math.isfinite(linear[0]) and math.isfinite(quadratic[1])):

@@ -1,5 +1,6 @@
 """One family of errors: each says what is wrong, with which value, what must hold, and what to do."""
 
+import pickle
 from typing import Any
 
 
@@ -23,15 +24,28 @@ class ConvexpercError(Exception):
         self.value = value
         self.must = must
         self.remedy = remedy
-        shown = repr(value)
-        if len(shown) > 120:
-            shown = f"{shown[:80]} ... {shown[-30:]}"
-        message = f"{what} {must}; got {shown}."
+        message = f"{what} {must}; got {_shown(value)}."
         super().__init__(f"{message} {remedy}" if remedy else message)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the named parts, so that an error survives a worker process."""
-        return _rebuild, (type(self), self.what, self.value, self.must, self.remedy)
+        value = self.value
+        try:
+            pickle.dumps(value)
+        except (
+            Exception
+        ):  # whatever an object raises that cannot travel: its picture in words travels instead
+            value = _shown(value)
+        return _rebuild, (type(self), self.what, value, self.must, self.remedy)
+
+
+def _shown(value: Any) -> str:
+    """The value in at most 120 characters, whatever its own repr does."""
+    try:
+        shown = repr(value)
+    except Exception:  # an integer of over 4,300 digits raises, and so may any foreign object
+        shown = f"a value of type {type(value).__name__} that has no short form"
+    return f"{shown[:80]} ... {shown[-30:]}" if len(shown) > 120 else shown
 
 
 def _rebuild(kind: type[ConvexpercError], what: str, value: Any, must: str, remedy: str) -> ConvexpercError:

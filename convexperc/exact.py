@@ -5,16 +5,18 @@ found modulo a large prime, where an independent set is independent over Q too, 
 used is then verified exactly.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.arrays import Matrix, Vector
+from convexperc.arrays import FeatureVector, Matrix, Vector
 from convexperc.rounding import Ball
 
-PRIME = 2**31 - 1
+PRIMES = (2**31 - 1, 2**31 - 19, 2**31 - 61)
+"""Tried in turn: where a dependence found modulo one is not one over the rationals, the next is used."""
 WORK_LIMIT = 2_000_000
 """Products of long integers that one exact step may cost (about a second); beyond it nothing is proved."""
 RANK_LIMIT = 200_000_000
@@ -47,13 +49,13 @@ def integers(values: NDArray[np.float64]) -> tuple[Integers, int]:
     return whole, lowest
 
 
-def row_basis(X: Matrix) -> RowBasis:
+def row_basis(X: Matrix, prime: int = PRIMES[0]) -> RowBasis:
     """Find a maximal independent set of rows modulo a prime, with its pivot columns.
 
     Rows found independent are independent over the rationals (a minor that is not 0 modulo p is not 0).
     """
     whole, _ = integers(X)
-    work = np.array(whole % PRIME, dtype=np.int64)
+    work = np.array(whole % prime, dtype=np.int64)
     free = list(range(X.shape[0]))
     rows: list[int] = []
     columns: list[int] = []
@@ -66,11 +68,11 @@ def row_basis(X: Matrix) -> RowBasis:
         columns.append(column)
         if not free:
             break
-        inverse = pow(int(work[pivot, column]), -1, PRIME)
+        inverse = pow(int(work[pivot, column]), -1, prime)
         for i in free:
             if work[i, column]:
-                factor = int(work[i, column]) * inverse % PRIME
-                work[i] = (work[i] - factor * work[pivot] % PRIME) % PRIME
+                factor = int(work[i, column]) * inverse % prime
+                work[i] = (work[i] - factor * work[pivot] % prime) % prime
     order = np.argsort(rows)
     return RowBasis(tuple(rows[i] for i in order), tuple(columns[i] for i in order))
 
@@ -91,30 +93,13 @@ def solve(A: Integers, B: Integers) -> tuple[Integers, int]:
     return work[:, size:], previous
 
 
-def squared_distance(X: Matrix, o: Vector) -> Fraction | None:
+def squared_distance(X: Matrix, o: FeatureVector) -> Fraction | None:
     """min_w ||X'w - o||^2 as an exact rational, or None beyond `WORK_LIMIT`.
 
     Formula: o'o - c_B' (X_B X_B')^-1 c_B with c = X o and B a row basis; that the other rows depend on B
     is verified by X_j r = 0 for the exact residual r.
     """
-    n, d = X.shape
-    if n * n * d > RANK_LIMIT:
-        return None
-    basis = row_basis(X)
-    if n * d * max(1, basis.rank) > WORK_LIMIT:
-        return None
-    (A, _), (t, exponent) = integers(X), integers(o)
-    total = int(t @ t)
-    unit = Fraction(2) ** (2 * exponent)
-    if basis.rank == 0:
-        return total * unit
-    B = A[list(basis.rows)]
-    c = B @ t
-    y, det = solve(B @ B.T, c[:, None])
-    residual = t * det - B.T @ y[:, 0]
-    if any(A @ residual):
-        return None
-    return Fraction(int(total * det - c @ y[:, 0]), det) * unit
+    return next((found for basis in _bases(X) if (found := _distance(X, o, basis)) is not None), None)
 
 
 def into_left_null_space(X: Matrix, b: Vector) -> Ball | None:
@@ -123,27 +108,56 @@ def into_left_null_space(X: Matrix, b: Vector) -> Ball | None:
     The free entries of b are kept as they are; the pivot entries follow from X_P' b_P = -X_F' b_F, solved
     over the rationals and verified on every column.
     """
+    return next((found for basis in _bases(X) if (found := _null_vector(X, b, basis)) is not None), None)
+
+
+def _bases(X: Matrix) -> Iterator[RowBasis]:
+    """A row basis modulo each prime, as long as the work is bounded."""
     n, d = X.shape
     if n * n * d > RANK_LIMIT:
+        return
+    for prime in PRIMES:
+        basis = row_basis(X, prime)
+        if basis.rank == n or n * d * max(1, basis.rank) <= WORK_LIMIT:
+            yield basis
+
+
+def _distance(X: Matrix, o: FeatureVector, basis: RowBasis) -> Fraction | None:
+    """`squared_distance` for one basis; None where it turns out to be none, or beyond `WORK_LIMIT`."""
+    if X.size * max(1, basis.rank) > WORK_LIMIT:
         return None
-    basis = row_basis(X)
+    (A, _), (t, exponent) = integers(X), integers(o)
+    total, unit = int(t @ t), Fraction(2) ** (2 * exponent)
+    B = A[list(basis.rows)]
+    c = B @ t
+    y, det = solve(B @ B.T, c[:, None]) if basis.rank else (c[:, None], 1)
+    residual = t * det - B.T @ y[:, 0]
+    if any(A @ residual):
+        return None
+    return Fraction(int(total * det - c @ y[:, 0]), det) * unit
+
+
+def _null_vector(X: Matrix, b: Vector, basis: RowBasis) -> Ball | None:
+    """`into_left_null_space` for one basis; None where it is none, or a result leaves float64."""
+    n = X.shape[0]
     if basis.rank == n:
         return Ball.exact(np.zeros(n))
-    if n * d * max(1, basis.rank) > WORK_LIMIT:
-        return None
     A, _ = integers(X)
     whole, exponent = integers(b)
-    P, F = list(basis.rows), [i for i in range(n) if i not in basis.rows]
-    result: list[Fraction] = [int(v) * Fraction(2) ** exponent for v in whole]
-    if P:
-        C = list(basis.columns)
-        y, det = solve(A[np.ix_(P, C)].T.copy(), -(A[np.ix_(F, C)].T @ whole[F])[:, None])
-        if any(A[P].T @ y[:, 0] + det * (A[F].T @ whole[F])):
-            return None
-        for row, value in zip(P, y[:, 0], strict=True):
-            result[row] = Fraction(int(value), det) * Fraction(2) ** exponent
-    mid = np.array([float(value) for value in result])
-    rad = np.array(
-        [0.0 if Fraction(m) == value else np.spacing(abs(m)) for m, value in zip(mid, result, strict=True)]
-    )
-    return Ball(mid, rad)
+    P, F, C = list(basis.rows), [i for i in range(n) if i not in basis.rows], list(basis.columns)
+    right = -(A[F].T @ whole[F])
+    y, det = solve(A[np.ix_(P, C)].T.copy(), right[C][:, None]) if P else (right[:0, None], 1)
+    if any(A[P].T @ y[:, 0] - det * right):
+        return None
+    unit = Fraction(2) ** exponent
+    result = [int(value) * unit for value in whole]
+    for row, value in zip(P, y[:, 0], strict=True):
+        result[row] = Fraction(int(value), det) * unit
+    try:
+        mid = np.array([float(value) for value in result])
+    except OverflowError:
+        return None
+    errors = [
+        0.0 if Fraction(m) == value else np.spacing(abs(m)) for m, value in zip(mid, result, strict=True)
+    ]
+    return Ball(mid, np.array(errors))

@@ -72,6 +72,12 @@ class Modalities:
         _check_names(names)
         return cls(names, _partition(names, parts, d), d)
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        for columns in self.columns:
+            if isinstance(columns, np.ndarray):
+                columns.flags.writeable = False
+
     def __len__(self) -> int:
         return len(self.columns)
 
@@ -149,12 +155,11 @@ def _from_sizes(names: tuple[str, ...], sizes: tuple[int, ...], d: int) -> tuple
 def _explicit(name: str, part: Any, d: int) -> NDArray[np.int64]:
     """Columns given one by one or as a slice, checked to lie in 0 .. d-1 and to be different."""
     label = f"modality {name!r}"
-    if isinstance(part, slice):
-        part = range(*part.indices(d))
     try:
-        group = np.asarray(part)
-    except ValueError:
-        group = np.asarray("ragged")
+        group = np.asarray(range(*part.indices(d)) if isinstance(part, slice) else part)
+    except (ValueError, TypeError) as problem:
+        must = "must be a size, a slice, or a list of column numbers"
+        raise ModalityError(label, value=part, must=must, remedy=f"{problem}.") from None
     if group.size == 0:
         raise ModalityError(label, value=part, must="must have at least one column", remedy=REMEDY)
     if group.ndim != 1 or group.dtype.kind not in "iu":

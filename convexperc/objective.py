@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from convexperc.arrays import Vector
+from convexperc.arrays import FeatureVector, Vector
 from convexperc.problem import Problem
 
 
@@ -36,12 +35,12 @@ class Terms:
         return self.loss + self.coupling + self.view_norm + self.modality_norm
 
 
-def residuals(problem: Problem, w: Vector, u: NDArray[np.float64]) -> tuple[Vector, Vector]:
+def residuals(problem: Problem, w: Vector, u: FeatureVector) -> tuple[FeatureVector, Vector]:
     """P = X'w - o, shape (d,), and q = Xu - w, shape (n,)."""
     return problem.X.T @ w - problem.o, problem.X @ u - w
 
 
-def terms(problem: Problem, w: Vector, u: NDArray[np.float64]) -> Terms:
+def terms(problem: Problem, w: Vector, u: FeatureVector) -> Terms:
     """Evaluate the terms of F at (w, u).
 
     Parameters
@@ -65,7 +64,7 @@ def terms(problem: Problem, w: Vector, u: NDArray[np.float64]) -> Terms:
     )
 
 
-def objective(problem: Problem, w: Vector, u: NDArray[np.float64]) -> float:
+def objective(problem: Problem, w: Vector, u: FeatureVector) -> float:
     """F(w, u) = ||X'w - o||^2 + lambda1 ||Xu - w||^2 + lambda2 ||w||_1 + lambda3 sum_i ||u^i||_2."""
     return terms(problem, w, u).total
 

@@ -1,11 +1,12 @@
 """How far a point is from stationarity, block by block (KKT residual)."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from convexperc.arrays import Vector, real_array
+from convexperc.arrays import FeatureVector, Vector, real_array
 from convexperc.errors import PointError
 from convexperc.objective import residuals
 from convexperc.problem import Problem
@@ -32,7 +33,7 @@ class OptimalityResidual:
         return float(max(self.views.max(), self.modalities.max()))
 
 
-def optimality_residual(problem: Problem, w: ArrayLike, u: ArrayLike) -> OptimalityResidual:
+def optimality_residual(problem: Problem, w: Any, u: Any) -> OptimalityResidual:
     """Evaluate the KKT residual of (w, u).
 
     Parameters
@@ -69,7 +70,7 @@ def optimality_residual(problem: Problem, w: ArrayLike, u: ArrayLike) -> Optimal
     return OptimalityResidual(views, _modalities(problem, features, problem.X.T @ b))
 
 
-def _modalities(problem: Problem, u: NDArray[np.float64], Xb: NDArray[np.float64]) -> NDArray[np.float64]:
+def _modalities(problem: Problem, u: FeatureVector, Xb: FeatureVector) -> NDArray[np.float64]:
     """The residual of each modality."""
     lengths = problem.modalities.norms(u)
     found = np.empty(problem.m)

@@ -4,9 +4,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from convexperc.arrays import Matrix, Vector, nonnegative_number, real_array
+from convexperc.arrays import FeatureVector, Matrix, nonnegative_number, real_array
 from convexperc.errors import ProblemError
 from convexperc.modalities import Modalities
 
@@ -40,7 +39,7 @@ class Problem:
     """
 
     X: Matrix
-    o: Vector
+    o: FeatureVector
     modalities: Modalities = field(kw_only=True)
     lambda1: float = field(kw_only=True)
     lambda2: float = field(kw_only=True)
@@ -48,8 +47,8 @@ class Problem:
 
     def __init__(
         self,
-        X: ArrayLike,
-        o: ArrayLike,
+        X: Any,
+        o: Any,
         *,
         lambda1: Any,
         lambda2: Any,
@@ -109,7 +108,9 @@ class Problem:
         )
 
 
-def _rebuild(X: Matrix, o: Vector, modalities: Modalities, lambdas: tuple[float, float, float]) -> Problem:
+def _rebuild(
+    X: Matrix, o: FeatureVector, modalities: Modalities, lambdas: tuple[float, float, float]
+) -> Problem:
     lambda1, lambda2, lambda3 = lambdas
     return Problem(X, o, modalities=modalities, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3)
 

@@ -1,14 +1,16 @@
 """Which object is it: one solve a template, and a label that is proved or not claimed."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from convexperc.arrays import FeatureVector, real_array
 from convexperc.critical import zero_is_optimal
+from convexperc.enclosure import enclose
 from convexperc.errors import ProblemError
 from convexperc.problem import Problem
 from convexperc.solution import Solution
@@ -16,6 +18,8 @@ from convexperc.solve import solve
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import Solver
 
+NARROW = 1e-30
+"""Relative width asked of overlapping intervals; what is reported is limited by float64, about 1e-16."""
 NORM_FACTOR = 1.1
 """Templates whose norms differ by more than this factor are warned about: F* <= ||o||^2, so a short template
 wins by its length."""
@@ -132,15 +136,16 @@ def _ranked(
 
 
 def recognize(
-    X: ArrayLike,
-    references: Mapping[str, ArrayLike],
+    X: Any,
+    references: Mapping[str, Any],
     *,
-    lambda1: float,
-    lambda2: float,
-    lambda3: float,
+    lambda1: Any,
+    lambda2: Any,
+    lambda3: Any,
     modalities: Any = None,
     views: Sequence[str] | None = None,
     solver: Solver | None = None,
+    escalate: bool = True,
     progress: Callable[[str], None] | None = None,
 ) -> Recognition:
     """Recognise the object that n views show.
@@ -151,12 +156,15 @@ def recognize(
         Row i is robot i's feature vector.
     references : mapping of str to array_like (d,)
         Each known object's name and reference features: the columns of O.
-    lambda1, lambda2, lambda3 : float
+    lambda1, lambda2, lambda3 : real number
     modalities : see `Modalities.of`
     views : sequence of n str, optional
         Names of the robots; ``robot 1`` ... without.
     solver : Solver, optional
         `Conic` without.
+    escalate : bool
+        Answer by ball arithmetic where the solver's answer is not certified, and narrow the intervals by it
+        where they overlap.
     progress : callable, optional
         Called with each template's name when it is done.
 
@@ -178,17 +186,38 @@ def recognize(
     if not references:
         raise ProblemError("references", value=references, must="must name at least one object")
     judge = Conic() if solver is None else solver
+    names = _view_names(X, views)
     templates = []
     for name, o in references.items():
         problem = Problem(X, o, modalities=modalities, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3)
-        templates.append(Template(name, solve(problem, judge)))
+        templates.append(Template(name, solve(problem, judge, escalate=escalate)))
         if progress is not None:
             progress(name)
-    n = templates[0].solution.problem.n
-    names = tuple(views) if views is not None else tuple(f"robot {i}" for i in range(1, n + 1))
-    if len(names) != n:
+    found = decide(tuple(templates), names)
+    if escalate and found.verdict is Verdict.UNDECIDED:
+        return decide(tuple(_narrowed(t, t.name in found.candidates) for t in templates), names)
+    return found
+
+
+def _narrowed(template: Template, rival: bool) -> Template:
+    """A rival with the narrowest interval that ball arithmetic gives; another template as it is."""
+    if not rival:
+        return template
+    solution = template.solution
+    found = enclose(solution.problem, relative_tolerance=NARROW, absolute_tolerance=NARROW)
+    certificate = solution.certificate
+    lower, upper = max(found.lower, certificate.lower), min(found.upper, certificate.upper)
+    narrow = replace(certificate, lower=lower, upper=upper)
+    return replace(template, solution=replace(solution, certificate=narrow))
+
+
+def _view_names(X: Any, views: Sequence[str] | None) -> tuple[str, ...]:
+    """The robots' names, one for each row of X, all different."""
+    n = real_array(X, "X", 2).shape[0]
+    names = tuple(f"robot {i}" for i in range(1, n + 1)) if views is None else tuple(views)
+    if len(names) != n or len(set(names)) != n:
         raise ProblemError("views", value=names, must=f"must name each of the {n} rows of X once")
-    return decide(tuple(templates), names)
+    return names
 
 
 def decide(templates: tuple[Template, ...], views: tuple[str, ...]) -> Recognition:
@@ -223,8 +252,14 @@ def decide(templates: tuple[Template, ...], views: tuple[str, ...]) -> Recogniti
     return Recognition(Verdict.UNDECIDED, None, candidates, reason, templates, views, warnings)
 
 
+def _norm(o: FeatureVector) -> float:
+    """||o||_2, safe against overflow and underflow."""
+    largest = float(np.abs(o).max())
+    return float(np.linalg.norm(o / largest)) * largest if largest > 0.0 else 0.0
+
+
 def _norm_warning(templates: tuple[Template, ...]) -> tuple[str, ...]:
-    norms = {t.name: float(np.linalg.norm(t.solution.problem.o)) for t in templates}
+    norms = {t.name: _norm(t.solution.problem.o) for t in templates}
     short, long = min(norms, key=norms.__getitem__), max(norms, key=norms.__getitem__)
     if norms[long] <= NORM_FACTOR * norms[short]:
         return ()

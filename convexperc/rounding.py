@@ -62,7 +62,8 @@ class Ball:
         """Self + sign * other with sign = 1 or -1."""
         mid = self.mid + sign * other.mid
         rad = (self.rad + other.rad + U * np.abs(mid)) * (1.0 + 8 * U)
-        return Ball(mid, rad)
+        zero = (self.mid == 0) & (other.mid == 0) & (rad == 0)
+        return Ball(mid, np.where(zero, 0.0, rad + UNDERFLOW))
 
     def times(self, factor: float) -> "Ball":
         """The product with one float."""
@@ -103,9 +104,8 @@ def inner(x: Ball, y: Ball) -> tuple[float, float]:
     mid = float(x.mid @ y.mid)
     ax, ay = np.abs(x.mid), np.abs(y.mid)
     rad = gamma(k + 1) * float(ax @ ay) + float(ax @ y.rad) + float(x.rad @ ay) + float(x.rad @ y.rad)
-    if rad > 0.0 or mid != 0.0 or (ax.any() and ay.any()):
-        rad += k * UNDERFLOW
-    rad = up(rad * (1.0 + 4 * (k + 8) * U)) if rad > 0.0 else 0.0
+    if (ax.any() or x.rad.any()) and (ay.any() or y.rad.any()):
+        rad = up((rad + k * UNDERFLOW) * (1.0 + 4 * (k + 8) * U))
     return _around(mid, rad)
 
 
@@ -134,7 +134,7 @@ def scaled_bounds(factor: tuple[float, float], value: tuple[float, float]) -> tu
 
 
 def _around(mid: float, rad: float) -> tuple[float, float]:
-    if math.isnan(mid) or math.isnan(rad):
+    if not (math.isfinite(mid) and math.isfinite(rad)):
         return -math.inf, math.inf
     if rad == 0.0:
         return mid, mid

@@ -12,9 +12,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from convexperc.arrays import Matrix, Vector
+from convexperc.arrays import FeatureVector, Matrix, Vector
 from convexperc.problem import Problem
 
 LARGEST = 2.0**1000
@@ -41,7 +40,7 @@ class Scaling:
         """Choose the exponents: the longest row of X, and o, get a norm in [1/2, 1)."""
         return cls(_exponent(problem.X), _exponent(problem.o[None, :]))
 
-    def data(self, problem: Problem) -> tuple[Matrix, Vector, float]:
+    def data(self, problem: Problem) -> tuple[Matrix, FeatureVector, float]:
         """X_, o_, and a bound on the error of each of their entries (0 unless an entry underflowed)."""
         X = np.ldexp(problem.X, -self.x)
         o = np.ldexp(problem.o, -self.o)
@@ -56,22 +55,22 @@ class Scaling:
         one, two, three = (_shifted(v, -e) for v, e in zip(problem.lambdas, exponents, strict=True))
         return one, two, three
 
-    def point(self, w: Vector, u: NDArray[np.float64]) -> tuple[Vector, NDArray[np.float64]]:
+    def point(self, w: Vector, u: FeatureVector) -> tuple[Vector, FeatureVector]:
         """(w_, u_) of a point (w, u) on the original data."""
         with np.errstate(over="ignore", under="ignore"):
             return np.ldexp(w, self.x - self.o), np.ldexp(u, 2 * self.x - self.o)
 
-    def point_back(self, w: Vector, u: NDArray[np.float64]) -> tuple[Vector, NDArray[np.float64]]:
+    def point_back(self, w: Vector, u: FeatureVector) -> tuple[Vector, FeatureVector]:
         """(w, u) on the original data of a point (w_, u_)."""
         with np.errstate(over="ignore", under="ignore"):
             return np.ldexp(w, self.o - self.x), np.ldexp(u, self.o - 2 * self.x)
 
-    def dual(self, a: NDArray[np.float64], b: Vector) -> tuple[NDArray[np.float64], Vector]:
+    def dual(self, a: FeatureVector, b: Vector) -> tuple[FeatureVector, Vector]:
         """(a_, b_) of a dual point (a, b): a = t a_ and b = s t b_."""
         with np.errstate(over="ignore", under="ignore"):
             return np.ldexp(a, -self.o), np.ldexp(b, -self.x - self.o)
 
-    def dual_back(self, a: NDArray[np.float64], b: Vector) -> tuple[NDArray[np.float64], Vector]:
+    def dual_back(self, a: FeatureVector, b: Vector) -> tuple[FeatureVector, Vector]:
         """(a, b) on the original data of a dual point (a_, b_)."""
         with np.errstate(over="ignore", under="ignore"):
             return np.ldexp(a, self.o), np.ldexp(b, self.x + self.o)

@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.arrays import Vector
+from convexperc.arrays import FeatureVector, Vector
 from convexperc.certificate import Certificate
 from convexperc.problem import Problem
 
@@ -16,6 +17,8 @@ class Status(Enum):
 
     CERTIFIED = "certified"
     """F(w, u) - F* is proved to be within the tolerances."""
+    ENCLOSED = "enclosed"
+    """F* is enclosed within the tolerances, but no float64 point (w, u) was found that attains it."""
     NOT_CERTIFIED = "not certified"
     """Nothing is proved beyond the certificate's bounds, whatever the solver said."""
 
@@ -36,10 +39,10 @@ class Candidate:
     """
 
     w: Vector
-    u: NDArray[np.float64]
+    u: FeatureVector
     claim: str
     iterations: int
-    dual: tuple[NDArray[np.float64], Vector] | None = None
+    dual: tuple[FeatureVector, Vector] | None = None
 
 
 @dataclass(frozen=True)
@@ -78,17 +81,23 @@ class Solution:
 
     problem: Problem
     w: Vector
-    u: NDArray[np.float64]
+    u: FeatureVector
     certificate: Certificate
     solver: str
     claim: str
     iterations: int
     timings: Timings = field(repr=False)
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.w.flags.writeable = self.u.flags.writeable = False
+
     @property
     def status(self) -> Status:
         """Decided by the certificate alone."""
-        return Status.CERTIFIED if self.certificate.certified else Status.NOT_CERTIFIED
+        if self.certificate.certified:
+            return Status.CERTIFIED
+        return Status.ENCLOSED if self.certificate.enclosed else Status.NOT_CERTIFIED
 
     @property
     def value(self) -> float:

@@ -1,32 +1,54 @@
-"""One template from problem to proof: normalise, solve, undo, certify."""
+"""One template from problem to proof: normalise, solve, undo, certify; ball arithmetic where that misses."""
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 
+from convexperc.arrays import FeatureVector, Vector
 from convexperc.certificate import ABSOLUTE, RELATIVE, Certificate, certify
+from convexperc.enclosure import certify_in_balls, enclose
 from convexperc.problem import Problem
 from convexperc.scaling import Scaling
 from convexperc.solution import Candidate, Solution, Timings
 from convexperc.solvers.interface import Solver
 
 
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """A point with its certificate."""
+
+    w: Vector
+    u: FeatureVector
+    certificate: Certificate
+
+    def better_than(self, other: "_Answer") -> bool:
+        """Whether more is proved of this point."""
+        mine, theirs = self.certificate, other.certificate
+        return mine.gap <= theirs.gap or (mine.certified and not theirs.certified)
+
+
 def solve(
     problem: Problem,
     solver: Solver,
     *,
+    escalate: bool = False,
     relative_tolerance: float = RELATIVE,
     absolute_tolerance: float = ABSOLUTE,
 ) -> Solution:
     """Minimise F and prove how well.
 
     The solver sees the exactly normalised problem; its answer is scaled back exactly and judged on the data
-    as given. Where w = u = 0 is at least as good, by proof, that is the answer.
+    as given. Entries that are proved to be 0 are set to 0. Where w = u = 0 is at least as good, by proof,
+    that is the answer.
 
     Parameters
     ----------
     problem : Problem
     solver : Solver
+    escalate : bool
+        Where the solver's answer is not certified, answer by `convexperc.enclosure` instead; the solution's
+        `solver` then says so.
     relative_tolerance, absolute_tolerance : float
         See `convexperc.certificate.Certificate`.
 
@@ -41,28 +63,50 @@ def solve(
         The solver gave no point at all.
     """
     start = time.perf_counter()
+    tolerances = {"relative_tolerance": relative_tolerance, "absolute_tolerance": absolute_tolerance}
     scaling = Scaling.of(problem)
     normal = scaling.normalise(problem)
     normalised = time.perf_counter()
     candidate = solver.candidate(normal)
     solved = time.perf_counter()
-    w, u, certificate = _judge(problem, scaling, candidate, (relative_tolerance, absolute_tolerance))
+    name, answer = solver.name, _judge(problem, scaling, candidate, tolerances)
+    if escalate and not answer.certificate.certified:
+        found = _escalate(problem, answer)
+        if found.better_than(answer):
+            name, answer = f"{name}, then ball arithmetic", found
     done = time.perf_counter()
+    w, u = answer.w, answer.u
     w.flags.writeable = u.flags.writeable = False
     timings = Timings(normalised - start, solved - normalised, done - solved)
-    return Solution(problem, w, u, certificate, solver.name, candidate.claim, candidate.iterations, timings)
+    return Solution(problem, w, u, answer.certificate, name, candidate.claim, candidate.iterations, timings)
 
 
-def _judge(
-    problem: Problem, scaling: Scaling, candidate: Candidate, tolerances: tuple[float, float]
-) -> tuple[np.ndarray, np.ndarray, Certificate]:
-    """Certify the candidate, and the zero point; keep the one with the smaller proved gap."""
-    relative, absolute = tolerances
+def _judge(problem: Problem, scaling: Scaling, candidate: Candidate, tolerances: dict[str, float]) -> _Answer:
+    """Certify the candidate, the candidate with its proved zeros at 0, and the zero point; keep the best."""
     w, u = scaling.point_back(candidate.w, candidate.u)
     dual = None if candidate.dual is None else scaling.dual_back(*candidate.dual)
-    found = certify(problem, w, u, dual=dual, relative_tolerance=relative, absolute_tolerance=absolute)
+    best = _Answer(w, u, certify(problem, w, u, dual=dual, **tolerances))
     zero = np.zeros(problem.n), np.zeros(problem.d)
-    rest = certify(problem, *zero, dual=dual, relative_tolerance=relative, absolute_tolerance=absolute)
-    if rest.gap <= found.gap or (rest.certified and not found.certified):
-        return *zero, rest
-    return w, u, found
+    for point in (_with_zeros(problem, best), zero):
+        if point is not None:
+            w, u = point
+            other = _Answer(w, u, certify(problem, w, u, dual=dual, **tolerances))
+            best = other if other.better_than(best) else best
+    return best
+
+
+def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVector] | None:
+    """The point with every entry at 0 that is proved to be 0 at the optimum; None without a change."""
+    w, u = answer.w.copy(), answer.u.copy()
+    w[answer.certificate.zero_views] = 0.0
+    for columns, zero in zip(problem.modalities, answer.certificate.zero_modalities, strict=True):
+        if zero:
+            u[columns] = 0.0
+    changed = not (np.array_equal(w, answer.w) and np.array_equal(u, answer.u))
+    return (w, u) if changed else None
+
+
+def _escalate(problem: Problem, answer: _Answer) -> _Answer:
+    """Answer by ball arithmetic."""
+    found = enclose(problem)
+    return _Answer(found.w, found.u, certify_in_balls(problem, found, answer.certificate))

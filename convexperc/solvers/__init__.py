@@ -1,0 +1,1 @@
+"""One file a method; each answers a normalised problem and judges nothing."""

@@ -1,0 +1,308 @@
+"""The rigorous interval of F*: ball arithmetic, with as many bits as it takes.
+
+Upper end: F at an exact point. Lower end: the dual at an exact point that is feasible by proof. In float64
+the certificate's width is limited by w and u; here it is limited by patience alone.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import flint
+import numpy as np
+
+from convexperc.arrays import Vector
+from convexperc.certificate import ABSOLUTE, Certificate
+from convexperc.exact import squared_distance
+from convexperc.interior import Central, CentralPath
+from convexperc.multiprecision import BallFrame, Number, Numbers, dot, exact_matrix, precision, times
+from convexperc.problem import Problem
+from convexperc.scaling import Scaling
+
+BITS = (128, 256, 512, 1024)
+"""Precisions that are tried in turn."""
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosure:
+    """lower <= F* <= upper, proved, on the original data, and the point that attains the upper end.
+
+    Attributes
+    ----------
+    lower, upper : float
+        Rounded outward.
+    relative_width : float
+        Upper bound of (upper - lower) / F* before that rounding; infinite where F* may be 0.
+    share_of_target : float
+        Upper bound of (upper - lower) / ||o||^2.
+    w : float64 (n,)
+        The point's view weights, rounded to nearest.
+    u : float64 (d,)
+    bits : int
+        Precision that was needed.
+    steps : int
+        Newton steps.
+    """
+
+    lower: float
+    upper: float
+    relative_width: float
+    share_of_target: float
+    w: Vector
+    u: np.ndarray
+    bits: int
+    steps: int
+
+
+def enclose(
+    problem: Problem, *, relative_tolerance: float = 1e-12, absolute_tolerance: float = ABSOLUTE / 10
+) -> Enclosure:
+    """Enclose F* until the interval is as narrow as asked, or `BITS` is exhausted.
+
+    Parameters
+    ----------
+    problem : Problem
+    relative_tolerance, absolute_tolerance : float
+        Stop at a width of relative_tolerance F* or absolute_tolerance ||o||^2.
+
+    Returns
+    -------
+    Enclosure
+        Its widths say what was reached.
+    """
+    best: Enclosure | None = None
+    for bits in BITS:
+        with precision(bits):
+            found = _follow(problem, bits, relative_tolerance, absolute_tolerance)
+        if best is None or found.share_of_target < best.share_of_target:
+            best = found
+        if _narrow(best.relative_width, best.share_of_target, relative_tolerance, absolute_tolerance):
+            break
+    assert best is not None
+    return best
+
+
+def _narrow(relative: float, share: float, relative_tolerance: float, absolute_tolerance: float) -> bool:
+    return relative <= relative_tolerance or share <= absolute_tolerance
+
+
+def _follow(problem: Problem, bits: int, relative_tolerance: float, absolute_tolerance: float) -> Enclosure:
+    """Follow the central path in one precision."""
+    scaling = Scaling.of(problem)
+    frame = BallFrame.of(problem, (scaling.x, scaling.o))
+    path = CentralPath(frame)
+    exact = _exact_optimum(problem, scaling)
+    upper, lower, best = frame.target.upper(), flint.arb(0), path.point()
+    stalled = 0
+    while True:
+        path.advance()
+        point = path.point()
+        high, low = _primal(frame, point).upper(), _dual(frame, point).lower()
+        if exact is not None:
+            high, low = exact.upper(), exact.lower()
+        narrower = high < upper or low > lower
+        stalled = 0 if narrower else stalled + 1
+        if high < upper:
+            upper, best = high, point
+        lower = low if low > lower else lower
+        relative, share = _quotient(upper - lower, lower), _quotient(upper - lower, frame.target.lower())
+        done = _narrow(relative, share, relative_tolerance, absolute_tolerance)
+        if done or stalled > 3 or path.mu < frame.target * flint.arb(2) ** (-bits):
+            break
+    w, u = _floats(problem, scaling, frame, best)
+    unit = flint.arb(2) ** (2 * scaling.o)
+    bounds = _down(lower * unit), _up(upper * unit)
+    return Enclosure(*bounds, relative, share, w, u, bits, path.steps)
+
+
+def _exact_optimum(problem: Problem, scaling: Scaling) -> Number | None:
+    """F* where it is a least-squares value, see `convexperc.exact.squared_distance`."""
+    lambda1, lambda2, lambda3 = problem.lambdas
+    if lambda2 > 0.0 or (lambda1 > 0.0 and lambda3 > 0.0):
+        return None
+    value = squared_distance(problem.X, problem.o)
+    if value is None:
+        return None
+    value = value / Fraction(2) ** (2 * scaling.o)
+    return flint.arb(flint.fmpq(value.numerator, value.denominator))
+
+
+def _primal(frame: BallFrame, point: Central) -> Number:
+    """F at w and u^i = t_i X_i' q; with lambda3 = 0 at the u for which Xu is the projection of w."""
+    lambda1, lambda2, lambda3 = frame.lambdas
+    w, q = point.w, point.q
+    total = dot(w, times(frame.G, w)) - 2 * dot(frame.c, w) + frame.target
+    total += lambda2 * sum((abs(v) for v in w), flint.arb(0))
+    if lambda1 == 0 or (lambda3 == 0 and frame.null is None):
+        return total
+    if lambda3 == 0:
+        return total + lambda1 * _projection_length(frame, w)
+    residual = [-v for v in w]
+    for weight, gram in zip(point.t, frame.K, strict=True):
+        pull = times(gram, q)
+        residual = [r + weight * v for r, v in zip(residual, pull, strict=True)]
+        total += lambda3 * weight * dot(q, pull).nonnegative_part().sqrt()
+    return total + lambda1 * dot(residual, residual)
+
+
+def _projection_length(frame: BallFrame, w: Numbers) -> Number:
+    """||N w||^2 for the orthogonal projection N onto {X'b = 0}."""
+    pulled = times(frame.null.transpose(), w)
+    gram = frame.null.transpose() * frame.null
+    return dot(pulled, times(gram.inv(), pulled))
+
+
+def _dual(frame: BallFrame, point: Central) -> Number:
+    """D at a = 2(X'w - o) and b, scaled into the feasible set by proof; see `convexperc.duality`."""
+    lambda1, lambda2, lambda3 = frame.lambdas
+    w = point.w
+    Gw = times(frame.G, w)
+    Xa = [2 * (g - c) for g, c in zip(Gw, frame.c, strict=True)]
+    b = _dual_coupling(frame, point, Xa)
+    scale = flint.arb(1)
+    for pull, value in zip(Xa, b, strict=True):
+        scale = _limited(scale, lambda2, abs(pull - value)) if lambda2 > 0 or lambda1 == 0 else scale
+    if lambda3 > 0:
+        for gram in frame.K:
+            scale = _limited(scale, lambda3, dot(b, times(gram, b)).nonnegative_part().sqrt())
+    linear = 2 * (frame.target - dot(frame.c, w))
+    quadratic = dot(w, Gw) - 2 * dot(frame.c, w) + frame.target
+    if lambda1 > 0:
+        quadratic += dot(b, b) / (4 * lambda1)
+    return scale * linear - scale * scale * quadratic
+
+
+def _dual_coupling(frame: BallFrame, point: Central, Xa: Numbers) -> Numbers:
+    """b: Xa itself where lambda2 = 0, else 0, a null vector, or -2q."""
+    lambda1, lambda2, lambda3 = frame.lambdas
+    if lambda1 == 0 or (lambda3 == 0 and frame.null is None):
+        return [flint.arb(0)] * frame.n
+    if lambda3 == 0:
+        gram = frame.null.transpose() * frame.null
+        inside = times(gram.inv(), times(frame.null.transpose(), point.w))
+        inside = [(-2 * lambda1 * v).mid() for v in inside]
+        return times(frame.null, inside)
+    if lambda2 == 0:
+        return Xa
+    return [-2 * v for v in point.q]
+
+
+def _limited(scale: Number, limit: Number, norm: Number) -> Number:
+    """The scale, lowered until scale * norm <= limit for sure."""
+    top = norm.upper()
+    if not top > 0 or scale * top <= limit:
+        return scale
+    return (limit / top).lower()
+
+
+def _floats(
+    problem: Problem, scaling: Scaling, frame: BallFrame, point: Central
+) -> tuple[Vector, np.ndarray]:
+    """The point (w, u) on the original data, rounded to nearest."""
+    unit = flint.arb(2) ** (scaling.o - scaling.x)
+    w = np.array([_nearest(v * unit) for v in point.w])
+    u = np.zeros(problem.d)
+    if problem.lambda1 == 0.0:
+        return w, u
+    unit = unit * flint.arb(2) ** (-2 * scaling.x)
+    if problem.lambda3 == 0.0:
+        y = [v * unit for v in _least_norm(frame, point.w)]
+        return w, _combined(problem.X, y)
+    for weight, columns in zip(point.t, problem.modalities, strict=True):
+        u[columns] = _combined(problem.X[:, columns], [weight * v * unit for v in point.q])
+    return w, u
+
+
+def _least_norm(frame: BallFrame, w: Numbers) -> Numbers:
+    """The y with u = X'y of least norm for which Xu is the projection of w onto the range of X."""
+    inside = list(w)
+    if frame.null is not None:
+        gram = frame.null.transpose() * frame.null
+        outside = times(frame.null, times(gram.inv(), times(frame.null.transpose(), w)))
+        inside = [value - part for value, part in zip(w, outside, strict=True)]
+    y, rows = [flint.arb(0)] * frame.n, frame.rows
+    if rows:
+        block = flint.arb_mat([[frame.G[a, b] for b in rows] for a in rows])
+        found = block.mid().solve(flint.arb_mat([[inside[a].mid()] for a in rows]), algorithm="approx")
+        for k, row in enumerate(rows):
+            y[row] = found[k, 0].mid()
+    return y
+
+
+def _combined(X: np.ndarray, y: Numbers) -> np.ndarray:
+    """X'y, rounded to nearest."""
+    return np.array([_nearest(v) for v in times(exact_matrix(X.T, 0), y)])
+
+
+def _nearest(value: Number) -> float:
+    return float(value.mid())
+
+
+def _up(value: Number) -> float:
+    """The smallest float that is not below the number."""
+    near = float(value.upper())
+    return near if flint.arb(near) >= value else math.nextafter(near, math.inf)
+
+
+def _down(value: Number) -> float:
+    near = float(value.lower())
+    near = near if flint.arb(near) <= value else math.nextafter(near, -math.inf)
+    return max(0.0, near)
+
+
+def _quotient(width: Number, value: Number) -> float:
+    if not width > 0:
+        return 0.0
+    return _up(width / value) if value > 0 else math.inf
+
+
+def certify_in_balls(problem: Problem, found: Enclosure, certificate: Certificate) -> Certificate:
+    """Judge the enclosure's own point by its interval.
+
+    Parameters
+    ----------
+    problem : Problem
+    found : Enclosure
+    certificate : Certificate
+        The float64 one of some point of the same problem: it gives the tolerances and the proved zeros, and
+        its interval is intersected with the enclosure's.
+
+    Returns
+    -------
+    Certificate
+        Of (found.w, found.u).
+    """
+    lower, upper = max(found.lower, certificate.lower), min(found.upper, certificate.upper)
+    with precision(2 * found.bits):
+        value = objective_at(problem, found.w, found.u)
+        bounds = _down(value), _up(value)
+        gap = (value - flint.arb(lower)).nonnegative_part()
+        target = dot(*[[flint.arb(float(v)) for v in problem.o]] * 2)
+        relative, share = _quotient(gap.upper(), flint.arb(lower)), _quotient(gap.upper(), target.lower())
+        excess = _up(gap) if gap > 0 else max(0.0, _up(gap))
+    return replace(
+        certificate,
+        lower=lower,
+        upper=upper,
+        objective=bounds,
+        gap=excess,
+        relative_gap=relative,
+        share_of_target=share,
+        terms=None,
+        dual=None,
+        method=f"ball arithmetic, {found.bits} bits",
+    )
+
+
+def objective_at(problem: Problem, w: Vector, u: np.ndarray) -> Number:
+    """F(w, u) at floats, on the original data, enclosed in the precision in force."""
+    X, one = exact_matrix(problem.X, 0), flint.arb(1)
+    point_w, point_u = [flint.arb(float(v)) for v in w], [flint.arb(float(v)) for v in u]
+    p = [v - flint.arb(float(t)) for v, t in zip(times(X.transpose(), point_w), problem.o, strict=True)]
+    q = [v - x for v, x in zip(times(X, point_u), point_w, strict=True)]
+    total = dot(p, p) + one * problem.lambda1 * dot(q, q)
+    total += one * problem.lambda2 * sum((abs(v) for v in point_w), flint.arb(0))
+    for columns in problem.modalities:
+        part = list(np.array(point_u, dtype=object)[columns])
+        total += one * problem.lambda3 * dot(part, part).sqrt()
+    return total

@@ -1,0 +1,117 @@
+"""Ball arithmetic: its interval against closed forms, exact rationals and the float64 certificate."""
+
+from fractions import Fraction
+
+import flint
+import numpy as np
+import pytest
+
+from convexperc.certificate import certify
+from convexperc.enclosure import certify_in_balls, enclose, objective_at
+from convexperc.multiprecision import precision
+from convexperc.problem import Problem
+from convexperc.solution import Candidate, Status
+from convexperc.solve import solve
+from convexperc.solvers.conic import Conic
+
+CLOSED_FORMS = {
+    "19/32": (Problem([[1.0]], [1.0], lambda1=1, lambda2=0.5, lambda3=0.25), Fraction(19, 32)),
+    "3/4": (Problem([[1.0]], [1.0], lambda1=1, lambda2=1, lambda3=0), Fraction(3, 4)),
+    "3/8": (Problem([[1, 0], [3, 1]], [1, 0], lambda1=1, lambda2=1, lambda3=0), Fraction(3, 8)),
+    "135/476": (
+        Problem([[1, 3], [0, 1]], [1, 3], lambda1=1, lambda2=0, lambda3=1, modalities=[1, 1]),
+        Fraction(135, 476),
+    ),
+    "least squares": (Problem([[1, 0], [1, 0]], [3, 2], lambda1=1, lambda2=0, lambda3=0), Fraction(4)),
+    "o = 0": (Problem([[1, 2]], [0, 0], lambda1=1, lambda2=1, lambda3=1), Fraction(0)),
+}
+
+
+@pytest.mark.parametrize("name", CLOSED_FORMS)
+@pytest.mark.parametrize("exponent", [0, -400, 400])
+def test_the_interval_holds_the_closed_form(name, exponent):
+    base, value = CLOSED_FORMS[name]
+    t = 2.0**exponent
+    problem = Problem(
+        base.X, base.o * t, modalities=base.modalities, lambda1=base.lambda1, lambda2=base.lambda2 * t,
+        lambda3=base.lambda3 * t,
+    )  # fmt: skip
+    found = enclose(problem)
+    exact = value * Fraction(2) ** (2 * exponent)
+    assert Fraction(found.lower) <= exact <= Fraction(found.upper), (found, float(exact))
+    assert found.relative_width <= 1e-12 or found.share_of_target <= 1e-15, found
+
+
+def hard(seed: int) -> Problem:
+    """Rows scaled by 1e+-6, and lambdas of any size or 0: float64 alone often misses these."""
+    rng = np.random.default_rng(seed)
+    n, d = int(rng.integers(1, 6)), int(rng.integers(2, 20))
+    X = rng.normal(size=(n, d)) * 10.0 ** rng.uniform(-6, 6, (n, 1))
+    one, two, three = (float(rng.choice([0, 1e-3, 0.1, 10])) for _ in range(3))
+    cut = int(rng.integers(1, d))
+    return Problem(X, rng.normal(size=d), modalities=[cut, d - cut], lambda1=one, lambda2=two, lambda3=three)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_it_agrees_with_the_float_certificate_and_is_narrow(seed):
+    problem = hard(seed)
+    found = enclose(problem)
+    judged = certify(problem, found.w, found.u)
+    assert found.lower <= judged.upper, (found, judged)
+    assert judged.lower <= found.upper, (found, judged)
+    assert found.relative_width <= 1e-12 or found.share_of_target <= 1e-15, found
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_objective_at_floats_is_the_rational_one(seed):
+    rng = np.random.default_rng(seed)
+    X, o = rng.normal(size=(2, 3)), rng.normal(size=3)
+    w, u = rng.normal(size=2), rng.normal(size=3)
+    problem = Problem(X, o, lambda1=0.5, lambda2=0.25, lambda3=0.0)
+    A, t, x, y = ([Fraction(float(v)) for v in a.ravel()] for a in (X, o, w, u))
+    rows = A[:3], A[3:]
+    loss = sum((sum(rows[i][k] * x[i] for i in range(2)) - t[k]) ** 2 for k in range(3))
+    coupling = sum((sum(rows[i][k] * y[k] for k in range(3)) - x[i]) ** 2 for i in range(2))
+    exact = loss + coupling / 2 + sum(abs(v) for v in x) / 4
+    with precision(200):
+        value = objective_at(problem, w, u)
+        assert value.contains(flint.arb(flint.fmpq(exact.numerator, exact.denominator))), (value, exact)
+
+
+class Poor:
+    """Answers w = u = 0, whatever it is asked."""
+
+    name = "poor"
+
+    def candidate(self, problem: Problem) -> Candidate:
+        return Candidate(np.zeros(problem.n), np.zeros(problem.d), "optimal", 1)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+def test_escalation_certifies_what_a_poor_solver_leaves(seed):
+    rng = np.random.default_rng(seed)
+    problem = Problem(rng.normal(size=(3, 8)), rng.normal(size=8), lambda1=1, lambda2=0.1, lambda3=0.1)
+    left = solve(problem, Poor())
+    assert left.status is Status.NOT_CERTIFIED, left.certificate
+    found = solve(problem, Poor(), escalate=True)
+    assert found.status is Status.CERTIFIED, found.certificate
+    assert "ball arithmetic" in found.solver, found.solver
+    reference = solve(problem, Conic())
+    assert abs(found.value - reference.value) <= 1e-8 * reference.value, (found.value, reference.value)
+
+
+def test_an_optimum_that_no_float_point_attains_is_called_enclosed():
+    X = np.array([[1.0, 0.1], [1.0, 0.1 * (1 + 2**-52)]])
+    problem = Problem(X, [1.0, 3.0], lambda1=1, lambda2=0, lambda3=0)
+    found = solve(problem, Poor(), escalate=True)
+    assert found.status is Status.ENCLOSED, (found.status, found.certificate)
+    assert found.certificate.upper <= 1e-14 * 10, found.certificate
+
+
+def test_certifying_in_balls_judges_the_point_itself():
+    problem = Problem([[1.0]], [1.0], lambda1=1, lambda2=0.5, lambda3=0.25)
+    found = enclose(problem)
+    judged = certify_in_balls(problem, found, certify(problem, found.w, found.u))
+    assert judged.certified, judged
+    assert judged.objective[0] <= 19 / 32 * (1 + 1e-12), judged
+    assert judged.gap >= judged.objective[0] - judged.upper, judged

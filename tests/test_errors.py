@@ -1,0 +1,50 @@
+import pickle
+
+import pytest
+
+from convexperc import errors
+from convexperc.errors import ConvexpercError, InputError
+
+KINDS = [
+    (errors.InputError, ValueError),
+    (errors.ProblemError, ValueError),
+    (errors.ModalityError, ValueError),
+    (errors.PointError, ValueError),
+    (errors.ImageError, ValueError),
+    (errors.FeatureError, ValueError),
+    (errors.FileFormatError, ValueError),
+    (errors.SolverError, RuntimeError),
+    (errors.MissingExtraError, ImportError),
+]
+
+
+@pytest.mark.parametrize(("kind", "builtin"), KINDS)
+def test_an_error_says_what_which_value_what_must_hold_and_what_to_do(kind, builtin):
+    error = kind("lambda2", value=-1.0, must="must be >= 0", remedy="Drop the sign.")
+    assert isinstance(error, ConvexpercError), kind.__mro__
+    assert isinstance(error, builtin), kind.__mro__
+    assert issubclass(kind, InputError) == (builtin is ValueError), kind.__mro__
+    assert str(error) == "lambda2 must be >= 0; got -1.0. Drop the sign."
+
+
+@pytest.mark.parametrize("kind", [kind for kind, _ in KINDS])
+@pytest.mark.parametrize("remedy", ["", "Drop the sign."])
+def test_an_error_pickles_with_its_parts(kind, remedy):
+    error = kind("o[3]", value=float("-inf"), must="must be finite", remedy=remedy)
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is kind, type(again)
+    assert vars(again) == vars(error)
+    assert str(again) == str(error)
+
+
+@pytest.mark.parametrize("value", [list(range(1000)), 10**4000, "x" * 1000], ids=["list", "integer", "text"])
+def test_a_long_value_is_shown_shortened_and_kept_whole(value):
+    error = ConvexpercError("X", value=value, must="must be short")
+    assert len(str(error)) < 200, str(error)
+    assert error.value == value
+
+
+def test_an_integer_too_long_for_repr_is_still_reported_as_ours():
+    error = InputError("lambda1", value=10**5000, must="must fit into float64")
+    assert "lambda1" in str(error), str(error)
+    assert error.value == 10**5000

@@ -1,0 +1,199 @@
+import pickle
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from convexperc.errors import ModalityError, ProblemError, SolverError
+from convexperc.recognition import Verdict, decide, recognize
+from convexperc.solution import Candidate
+from convexperc.solvers.conic import Conic
+
+LAMBDAS = {"lambda1": 0.5, "lambda2": 0.1, "lambda3": 0.1}
+CAR, CAT, DOG = np.eye(6)[[0, 2, 4]] + 0.1
+VIEWS = np.stack([CAR, 0.8 * CAR + 0.1 * CAT, np.zeros(6)])
+OBJECTS = {"cat": CAT, "car": CAR, "dog": DOG}
+
+
+def recognized(X=VIEWS, references=None, **changes):
+    settings = {"modalities": [2, 2, 2], **LAMBDAS, **changes}
+    return recognize(X, OBJECTS if references is None else references, **settings)
+
+
+@dataclass(frozen=True)
+class Poor:
+    """Says nothing useful about any problem, and claims the best of it."""
+
+    name: str = "poor"
+
+    def candidate(self, problem):
+        return Candidate(np.full(problem.n, 0.01), np.zeros(problem.d), "optimal", 0)
+
+
+def test_the_label_of_separated_templates_is_proved():
+    found = recognized()
+    assert (found.verdict, found.label, found.candidates) == (Verdict.PROVED, "car", ("car",))
+    assert found.certified, [t.solution.certificate.relative_gap for t in found.templates]
+    assert [t.name for t in found.templates] == list(OBJECTS)
+    best = found.template()
+    assert best.name == "car"
+    assert all(best.interval[1] < t.interval[0] for t in found.templates if t is not best), found.templates
+    assert found.warnings == ()
+
+
+def test_a_template_orthogonal_to_every_view_keeps_its_whole_norm():
+    found = recognize([[1, 0], [1, 0]], {"a": [1, 0], "b": [0, 1]}, lambda1=1.0, lambda2=0.1, lambda3=0.1)
+    assert (found.verdict, found.label) == (Verdict.PROVED, "a")
+    low, high = found.template("b").interval
+    assert low == pytest.approx(1.0, rel=1e-14)
+    assert high == pytest.approx(1.0, rel=1e-14)
+    assert found.template("a").interval[1] < 0.5, found.template("a").interval
+
+
+def test_one_template_is_its_own_proof():
+    found = recognized(references={"car": CAR})
+    assert (found.verdict, found.label) == (Verdict.PROVED, "car")
+
+
+def test_identical_templates_tie_only_when_they_are_the_best():
+    twins = recognized(references={"car": CAR, "cat": CAT, "auto": CAR.copy()})
+    assert (twins.verdict, twins.label) == (Verdict.TIE, None)
+    assert set(twins.candidates) == {"car", "auto"}
+    assert "identical" in twins.reason, twins.reason
+    others = recognized(references={"cat": CAT, "car": CAR, "kitten": CAT.copy()})
+    assert (others.verdict, others.label) == (Verdict.PROVED, "car")
+
+
+@pytest.mark.parametrize("dog", [DOG, 3 * DOG])
+def test_all_zero_optima_tie_whatever_the_norms(dog):
+    found = recognized(references={"car": CAR, "dog": dog}, lambda2=100.0)
+    assert (found.verdict, found.label) == (Verdict.TIE, None)
+    assert set(found.candidates) == {"car", "dog"}
+    assert "w = u = 0" in found.reason, found.reason
+    assert not found.template("car").solution.w.any(), found.template("car").solution.w
+
+
+def test_poor_answers_leave_the_label_undecided():
+    found = recognized(solver=Poor(), escalate=False)
+    assert (found.verdict, found.label) == (Verdict.UNDECIDED, None)
+    assert "overlap" in found.reason, found.reason
+    assert "car" in found.candidates, found.candidates
+    assert not found.certified, found.templates
+    tops = [found.template(name).interval[1] for name in found.candidates]
+    assert tops == sorted(tops), tops
+    good = recognized()
+    for name in OBJECTS:
+        low, high = found.template(name).interval
+        assert low <= good.template(name).interval[1], (name, low)
+        assert good.template(name).interval[0] <= high, (name, high)
+
+
+def test_decide_reads_the_intervals_alone():
+    found = recognized()
+    cat, car, dog = found.templates
+    assert decide((dog, cat), found.views).label != "car"
+    assert decide((car, dog, cat), found.views).label == "car"
+    assert decide((car,), found.views).label == "car"
+
+
+def test_views_and_modalities_are_ranked_by_weight_with_proved_zeros():
+    found = recognized(VIEWS[[2, 0, 1]], views=("cid", "ann", "bob"))
+    views, modalities = found.ranked_views(), found.ranked_modalities()
+    solution = found.template().solution
+    assert views[0].name == "ann", views
+    assert abs(views[-1].weight) < 1e-12, views
+    assert next(v for v in views if v.name == "cid").proved_zero, views
+    assert not views[0].proved_zero, views
+    assert modalities[0].name == "m1", modalities
+    for ranked, weights in ((views, solution.w), (modalities, solution.modality_norms)):
+        sizes = [abs(r.weight) for r in ranked]
+        assert sizes == sorted(np.abs(weights), reverse=True)
+        assert sum(r.share for r in ranked) == pytest.approx(1.0)
+        assert [r.share for r in ranked] == pytest.approx(np.array(sizes) / sum(sizes))
+    assert {r.name for r in found.ranked_views("dog")} == {"ann", "bob", "cid"}
+
+
+def test_a_negative_weight_ranks_by_its_size():
+    found = recognize([[1, 0], [0, -1]], {"a": [1, 2]}, lambda1=0.0, lambda2=0.1, lambda3=0.1)
+    first, second = found.ranked_views()
+    assert (first.name, second.name) == ("robot 2", "robot 1")
+    assert first.weight == pytest.approx(-1.95), first
+    assert first.share == pytest.approx(1.95 / 2.9), first
+    assert all(r.proved_zero for r in found.ranked_modalities()), found.ranked_modalities()
+
+
+@pytest.mark.parametrize(
+    ("factor", "warned"), [(1.0, False), (1.09, False), (1.11, True), (100.0, True), (0.0, True)]
+)
+def test_templates_of_unequal_norm_are_warned_about(factor, warned):
+    found = recognize(VIEWS, {"car": CAR, "long": factor * CAR}, **LAMBDAS)
+    assert bool(found.warnings) == warned, found.warnings
+    assert not warned or ("car" in found.warnings[0] and "long" in found.warnings[0]), found.warnings
+
+
+@pytest.mark.parametrize("scale", [1e-170, 1e-100, 1e100, 1e170])
+def test_the_warning_does_not_depend_on_the_scale(scale):
+    settings = {"lambda1": 0.5, "lambda2": 0.1 * scale, "lambda3": 0.1 * scale}
+    found = recognize(VIEWS, {"car": scale * CAR, "long": 2 * scale * CAR}, **settings)
+    assert len(found.warnings) == 1, found.warnings
+
+
+@pytest.mark.parametrize("order", [(2, 0, 1), (1, 2, 0)])
+def test_the_order_of_robots_templates_and_modalities_does_not_matter(order):
+    base = recognized()
+    names = [list(OBJECTS)[i] for i in order]
+    robots = recognized(VIEWS[list(order)], views=[f"robot {i + 1}" for i in order])
+    objects = recognized(references={name: OBJECTS[name] for name in names})
+    parts = {f"m{i + 1}": [2 * i, 2 * i + 1] for i in order}
+    modalities = recognized(modalities=parts)
+    for moved in (robots, objects, modalities):
+        assert (moved.verdict, moved.label) == (base.verdict, base.label)
+        for name in OBJECTS:
+            a, b = base.template(name).interval, moved.template(name).interval
+            assert a[0] <= b[1], (name, a, b)
+            assert b[0] <= a[1], (name, a, b)
+        for ranks in ("ranked_views", "ranked_modalities"):
+            expected = {r.name: r.weight for r in getattr(base, ranks)()}
+            found = {r.name: r.weight for r in getattr(moved, ranks)()}
+            assert found == pytest.approx(expected, abs=1e-4), ranks
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "text"),
+    [
+        ({"references": {}}, ProblemError, "at least one object"),
+        ({"views": ["a", "b"]}, ProblemError, "3 rows of X"),
+        ({"views": ["a", "a", "b"]}, ProblemError, "once"),
+        ({"references": {"car": CAR[:5]}}, ProblemError, "6 columns of X"),
+        ({"references": {"car": np.full(6, np.nan)}}, ProblemError, "finite"),
+        ({"X": np.full((3, 6), np.inf)}, ProblemError, "finite"),
+        ({"modalities": [2, 2]}, ModalityError, "6 columns"),
+        ({"lambda2": -1.0}, ProblemError, "lambda2"),
+    ],
+)
+def test_bad_calls_are_refused(changes, error, text):
+    with pytest.raises(error, match=text):
+        recognized(**changes)
+
+
+def test_an_unknown_template_is_refused_by_name():
+    with pytest.raises(ProblemError, match=r"template must be one of \['cat', 'car', 'dog'\]; got 'cow'"):
+        recognized().template("cow")
+
+
+def test_a_failing_solver_is_heard():
+    class Broken(Poor):
+        def candidate(self, problem):
+            raise SolverError("broken", value=1, must="must not fail")
+
+    with pytest.raises(SolverError, match="broken"):
+        recognized(solver=Broken())
+
+
+def test_progress_and_pickle():
+    seen = []
+    found = recognized(progress=seen.append, solver=Conic())
+    assert seen == list(OBJECTS)
+    again = pickle.loads(pickle.dumps(found))
+    assert (again.verdict, again.label, again.candidates) == (found.verdict, found.label, found.candidates)
+    assert again.ranked_views() == found.ranked_views()

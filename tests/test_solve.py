@@ -1,0 +1,146 @@
+import math
+import pickle
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from convexperc.critical import critical_lambda2
+from convexperc.errors import InputError, SolverError
+from convexperc.problem import Problem, same_data
+from convexperc.solution import Candidate, Status
+from convexperc.solve import solve
+from convexperc.solvers.conic import Conic
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """Answers with the same numbers. Normalised, X = 1/2: the optimum of `smallest` is (5/8, 1)."""
+
+    w: tuple[float, ...]
+    u: tuple[float, ...]
+    claim: str = "optimal"
+    dual: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    name: str = "fixed"
+
+    def candidate(self, problem):
+        dual = None if self.dual is None else tuple(map(np.array, self.dual))
+        return Candidate(np.array(self.w), np.array(self.u), self.claim, 7, dual)
+
+
+@dataclass(frozen=True)
+class Failing:
+    error: Exception
+    name: str = "failing"
+
+    def candidate(self, problem):
+        raise self.error
+
+
+def smallest(o=1.0):
+    """F* = 19 o^2 / 32 at w = 5 o / 8, u = o / 2."""
+    return Problem([[1.0]], [o], lambda1=1, lambda2=o / 2, lambda3=o / 4)
+
+
+def test_a_true_answer_is_certified_whatever_its_claim():
+    found = solve(smallest(), Fixed((0.625,), (1.0,), claim="infeasible"))
+    assert found.status is Status.CERTIFIED, found.certificate
+    assert (found.w.tolist(), found.u.tolist()) == ([0.625], [0.5])
+    assert (found.solver, found.claim, found.iterations) == ("fixed", "infeasible", 7)
+
+
+@pytest.mark.parametrize(
+    ("w", "u"),
+    [((0.6,), (0.2,)), ((1e300,), (-1e300,)), ((math.nan,), (0.0,)), ((0.0,), (math.inf,)), ((0.0,), (0.0,))],
+)
+@pytest.mark.parametrize("dual", [None, ((-1e6,), (1e6,)), ((math.nan,), (0.0,))])
+def test_a_lying_solver_convinces_nobody(w, u, dual):
+    found = solve(smallest(), Fixed(w, u, dual=dual))
+    assert found.claim == "optimal"
+    assert found.status is Status.NOT_CERTIFIED, found.certificate
+    assert found.certificate.lower <= 19 / 32 <= found.certificate.upper, found.certificate
+    assert np.isfinite(found.w).all(), found.w
+    assert found.duality_gap() == found.certificate.gap > 0.0
+    assert found.value >= 19 / 32, found.value
+
+
+@pytest.mark.parametrize(("w", "u"), [((0.5, 0.5), (0.5,)), ((0.5,), ()), ((0.5,), (0.5, 0.5))])
+def test_an_answer_of_the_wrong_shape_is_refused(w, u):
+    with pytest.raises(InputError, match="must have shape"):
+        solve(smallest(), Fixed(w, u))
+
+
+@pytest.mark.parametrize("error", [SolverError("mine", value=1, must="must not fail"), KeyError("foreign")])
+def test_a_solver_that_raises_is_heard(error):
+    with pytest.raises(type(error)) as caught:
+        solve(smallest(), Failing(error))
+    assert caught.value is error
+
+
+@pytest.mark.parametrize("o", [1e-100, 1.0, 1e100])
+def test_the_solver_sees_the_normalised_problem(o):
+    seen = []
+
+    class Watching(Conic):
+        def candidate(self, problem):
+            seen.append(problem)
+            return super().candidate(problem)
+
+    found = solve(smallest(o), Watching())
+    assert 0.5 <= seen[0].X[0, 0] < 1, seen[0].X
+    assert 0.5 <= seen[0].o[0] < 1, seen[0].o
+    assert found.w[0] == pytest.approx(0.625 * o, rel=1e-7)
+    assert found.status is Status.CERTIFIED, found.certificate
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.5, 1e6, 1e300])
+def test_zero_is_the_answer_from_critical_lambda2_on(factor):
+    X, o = np.random.default_rng(5).normal(size=(3, 6)), np.arange(1.0, 7.0)
+    critical = critical_lambda2(Problem(X, o, lambda1=1, lambda2=0, lambda3=1))[1]
+    problem = Problem(X, o, lambda1=1, lambda2=critical * factor, lambda3=1)
+    found = solve(problem, Fixed((0.1, 0.1, 0.1), (0.0,) * 6))
+    assert found.status is Status.CERTIFIED, found.certificate
+    assert not found.w.any(), found.w
+    assert not found.u.any(), found.u
+    assert found.value == pytest.approx(91.0, rel=1e-14)
+    assert found.modality_norms.tolist() == [0.0]
+
+
+def test_a_zero_target_is_certified_at_zero():
+    found = solve(
+        Problem(np.eye(2), [0, 0], lambda1=1, lambda2=0.1, lambda3=0.1), Fixed((0.1, 0.0), (0.0, 0.0))
+    )
+    assert found.status is Status.CERTIFIED, found.certificate
+    assert (found.value, found.certificate.lower, found.certificate.gap) == (0.0, 0.0, 0.0)
+
+
+def test_tolerances_reach_the_certificate():
+    answer = Fixed((0.62,), (1.0,))
+    strict, loose = solve(smallest(), answer), solve(smallest(), answer, relative_tolerance=0.1)
+    share = solve(smallest(), answer, relative_tolerance=0.0, absolute_tolerance=0.1)
+    assert [s.status for s in (strict, loose, share)] == [
+        Status.NOT_CERTIFIED,
+        Status.CERTIFIED,
+        Status.CERTIFIED,
+    ]
+    assert strict.is_optimal(strict.duality_gap()), strict.certificate
+    assert not strict.is_optimal(0.0), strict.certificate
+
+
+def test_timings_add_up():
+    timings = solve(smallest(), Conic()).timings
+    parts = timings.normalise, timings.solve, timings.certify
+    assert min(parts) > 0.0, timings
+    assert timings.total == pytest.approx(sum(parts))
+
+
+def test_an_answer_is_read_only_and_pickles_as_such():
+    problem = Problem(np.eye(2, 4), np.ones(4), modalities=[2, 2], lambda1=1, lambda2=0.1, lambda3=0.1)
+    found = solve(problem, Conic())
+    again = pickle.loads(pickle.dumps(found))
+    assert same_data(again.problem, found.problem), again.problem
+    assert (again.w.tolist(), again.u.tolist()) == (found.w.tolist(), found.u.tolist())
+    assert again.certificate.gap == found.certificate.gap
+    assert (again.status, again.timings) == (found.status, found.timings)
+    for solution in (found, again):
+        assert (solution.w.flags.writeable, solution.u.flags.writeable) == (False, False)
