@@ -130,7 +130,7 @@ def split(row, configuration):
 
 
 def test_the_defaults_have_the_natural_sizes():
-    assert list(FeatureConfiguration().modality_sizes.items()) == [("color", 768), ("hog", 1764), ("lbp", 26)]
+    assert list(FeatureConfiguration().modality_sizes.items()) == [("color", 24), ("hog", 1764), ("lbp", 26)]
 
 
 @given(record=records())

@@ -24,7 +24,7 @@ _CHOICES = (
 
 @dataclass(frozen=True)
 class FeatureConfiguration:
-    """What the three modalities are made of; the defaults give 768 + 1764 + 26 = 2558 columns.
+    """What the three modalities are made of; the defaults give 24 + 1764 + 26 = 1814 columns.
 
     Attributes
     ----------
@@ -32,7 +32,8 @@ class FeatureConfiguration:
         (height, width) in pixels that each picture is brought to; sides 8..4096. The ratio of the
         sides is not kept.
     color_bins : int
-        Bins of equal width for each of R, G, B: a divisor of 256 that is at least 2.
+        Bins of equal width for each of R, G, B: a divisor of 256 that is at least 2. Few on purpose: the
+        shades of one object must share bins across views, or the histograms of flat colours hardly overlap.
     hog_orientations : int
         Bins of the gradient's direction over 180 degrees, 1..180.
     hog_pixels_per_cell, hog_cells_per_block : tuple of int
@@ -63,7 +64,7 @@ class FeatureConfiguration:
     """
 
     working_size: tuple[int, int] = (128, 128)
-    color_bins: int = 256
+    color_bins: int = 8
     hog_orientations: int = 9
     hog_pixels_per_cell: tuple[int, int] = (16, 16)
     hog_cells_per_block: tuple[int, int] = (2, 2)

@@ -1,0 +1,324 @@
+"""The command line: exit codes, messages, files, and tables that fit."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from fractions import Fraction
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+import convexperc.perception
+import convexperc.solvers.conic
+from convexperc.cli import _above, _below, app
+from convexperc.errors import SolverError
+from convexperc.features import FeatureConfiguration
+from convexperc.problem import Problem
+from convexperc.recognition import Template, Verdict, decide
+from convexperc.records import problem_record, write_json
+from convexperc.solution import Candidate
+from convexperc.solve import solve
+from convexperc.solvers.conic import Conic
+
+QUICK = FeatureConfiguration(
+    working_size=(32, 32), color_bins=8, hog_pixels_per_cell=(8, 8), lbp_points=8, lbp_radius=1.0, lbp_bins=10
+)
+RUNNER = CliRunner(env={"COLUMNS": "80", "TERM": "dumb", "NO_COLOR": "1"})
+
+
+def run(*arguments):
+    return RUNNER.invoke(app, [str(argument) for argument in arguments])
+
+
+def expect(code, result):
+    assert result.exit_code == code, (result.exit_code, result.output, result.exception)
+    return result
+
+
+@pytest.fixture(scope="module")
+def answered(tmp_path_factory):
+    """A problem file, a right answer's file, and the solution."""
+    folder = tmp_path_factory.mktemp("problem")
+    rng = np.random.default_rng(7)
+    X = rng.normal(size=(4, 6))
+    problem = Problem(
+        X, X[0], modalities={"a": [0, 2, 4], "b": [1, 3, 5]}, lambda1=0.2, lambda2=0.6, lambda3=0.1
+    )
+    solution = solve(problem, Conic())
+    write_json(folder / "problem.json", problem_record(problem, "case 1"))
+    write_json(folder / "answer.json", {"id": "case 1", "w": solution.w.tolist(), "u": solution.u.tolist()})
+    return folder / "problem.json", folder / "answer.json", solution
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """A folder of references, a folder of views of the second, and a quick configuration."""
+    folder = tmp_path_factory.mktemp("pictures")
+    rows, columns = np.mgrid[:40, :48]
+    shapes = {"stripes": columns // 6 % 2, "disc": (rows - 20) ** 2 + (columns - 24) ** 2 < 180}
+    for i, (name, shape) in enumerate(shapes.items()):
+        image = np.full((40, 48, 3), 30, dtype=np.uint8)
+        image[..., i] += (180 * shape).astype(np.uint8)
+        save(folder / "references", name, image)
+        if name == "disc":
+            save(folder / "views", "robot [red] 1", image[:, ::-1] + np.uint8(2))
+            save(folder / "views", "robot 2", np.roll(image, 6, axis=1))
+            save(folder / "views", "robot 3", np.full_like(image, 200))
+    write_json(folder / "quick.json", QUICK.to_dict())
+    return folder
+
+
+def save(folder, name, image):
+    folder.mkdir(exist_ok=True)
+    done, data = cv2.imencode(".png", image)
+    assert done
+    (folder / f"{name}.png").write_bytes(data.tobytes())
+
+
+def recognize_arguments(folders, *more):
+    arguments = "recognize", "--references", folders / "references", "--views", folders / "views"
+    return *arguments, "--configuration", folders / "quick.json", *more
+
+
+def test_version_and_help():
+    assert re.fullmatch(r"convexperc \d+\.\d+\.\d+\S*\n", expect(0, run("--version")).output)
+    for command in ((), ("recognize",), ("solve",), ("certify",)):
+        assert "130 interrupted" in " ".join(expect(0, run(*command, "--help")).output.split())
+
+
+def test_solve_prints_and_writes_the_certified_answer(answered, tmp_path):
+    problem, _, solution = answered
+    result = expect(0, run("solve", problem, "--json", tmp_path / "s.json"))
+    lines = result.stdout.splitlines()
+    assert lines[0].startswith("case 1: n = 4 views, d = 6 features (a 3, b 3)"), lines
+    optimum = next(line for line in lines if line.startswith("  optimum"))
+    lower, upper = (float(text) for text in re.findall(r"\d+\.\d+", optimum))
+    assert lower <= solution.certificate.upper, (optimum, solution.certificate)
+    assert solution.certificate.lower <= upper, (optimum, solution.certificate)
+    assert any(line.startswith("  status   certified") for line in lines), lines
+    assert re.search(rf"row 0 +{solution.w[0]:.6f} ", result.stdout), result.stdout
+    record = json.loads((tmp_path / "s.json").read_text())
+    assert (record["id"], record["status"]) == ("case 1", "certified")
+    assert result.stderr.split() == ["wrote", str(tmp_path / "s.json")]
+
+
+def test_qp_agrees_where_it_can_and_is_misuse_where_it_cannot(answered, tmp_path):
+    problem = json.loads(answered[0].read_text())
+    (tmp_path / "lasso.json").write_text(json.dumps({**problem, "lambda3": 0}))
+    for solver in ("qp", "conic"):
+        expect(0, run("solve", tmp_path / "lasso.json", "--solver", solver))
+    assert "conic" in expect(2, run("solve", answered[0], "--solver", "qp")).stderr
+    expect(2, run("solve", answered[0], "--solver", "magic"))
+
+
+def test_certify_accepts_a_right_answer_and_not_a_wrong_one(answered, tmp_path):
+    problem, answer, solution = answered
+    good = expect(0, run("certify", problem, answer, "--json", tmp_path / "c.json"))
+    for text in ("KKT residual", "Gap by term", "view norm", "proved zero", "status   certified"):
+        assert text in good.stdout, (text, good.stdout)
+    record = json.loads((tmp_path / "c.json").read_text())
+    assert record["lower"]["decimal"] <= solution.certificate.upper
+    assert len(record["kkt_residual"]["views"]) == 4
+    wrong = {"w": (solution.w + 1e-3).tolist(), "u": solution.u.tolist(), "status": "optimal", "objective": 0}
+    (tmp_path / "wrong.json").write_text(json.dumps(wrong))
+    bad = expect(1, run("certify", problem, tmp_path / "wrong.json"))
+    assert "NOT CERTIFIED" in bad.stdout
+    assert "optimal" not in bad.stdout
+
+
+def test_bad_input_is_told_plainly(answered, tmp_path):
+    problem, answer, _ = answered
+    (tmp_path / "bad.json").write_text(problem.read_text().replace('"lambda1"', '"lamda1"'))
+    for arguments in (
+        ("solve", tmp_path / "bad.json"),
+        ("solve", tmp_path / "none.json"),
+        ("certify", problem, problem),
+        ("certify", answer, answer),
+        ("solve", problem, "--json", tmp_path / "none" / "x.json"),
+    ):
+        result = expect(2, run(*arguments))
+        assert result.stderr.startswith("error: "), result.stderr
+        assert "Traceback" not in result.output
+        assert result.stdout == "", result.stdout
+
+
+def test_recognize_ends_with_the_certificate(folders, tmp_path):
+    more = "--json", tmp_path / "r.json", "--picture", tmp_path / "r.svg"
+    result = expect(0, run(*recognize_arguments(folders, *more)))
+    lines = [line.rstrip() for line in result.stdout.splitlines()]
+    assert lines[0].startswith("3 views in"), lines
+    heads = [i for i, line in enumerate(lines) if line.startswith(("Objects", "Ranking", "Certificate"))]
+    assert len(heads) == 4, lines
+    certificate = lines[heads[-1] :]
+    assert certificate[:2] == ["Certificate for disc", "  label    disc"], certificate
+    assert certificate[2].startswith("  verdict  proved: "), certificate
+    assert "robot [red] 1" in result.stdout
+    assert all(len(line) <= 80 for line in lines[2:]), lines
+    assert "\x1b" not in result.output
+    record = json.loads((tmp_path / "r.json").read_text())
+    assert (record["label"], record["verdict"]) == ("disc", "proved")
+    assert record["features"] == QUICK.to_dict()
+    assert (tmp_path / "r.svg").read_bytes().startswith(b"<?xml")
+
+
+def test_many_long_names_leave_the_numbers_whole(folders, tmp_path):
+    for i, source in enumerate(sorted((folders / "references").iterdir())):
+        target = tmp_path / f"an object whose name is far too long for a narrow terminal, number {i}.png"
+        target.write_bytes(source.read_bytes())
+    arguments = list(recognize_arguments(folders))
+    arguments[2] = tmp_path
+    narrow = RUNNER.invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "72"})
+    result = expect(0, narrow)
+    assert all(len(line.rstrip()) <= 72 for line in result.stdout.splitlines()[2:]), result.stdout
+    assert len(re.findall(r"\d\.\d{9,}", result.stdout)) >= 8, result.stdout
+    assert re.search(r"yes +label *\n", result.stdout), result.stdout
+
+
+def test_a_tie_is_exit_1_with_its_reason(folders, tmp_path):
+    image = (folders / "references" / "disc.png").read_bytes()
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.png").write_bytes(image)
+    arguments = list(recognize_arguments(folders))
+    arguments[2] = tmp_path
+    result = expect(1, run(*arguments))
+    assert "label    none; candidates: one, two" in result.stdout, result.stdout
+    assert "tie: the templates one, two are identical" in result.stdout, result.stdout
+    assert result.stdout.count("candidate\n") == 2, result.stdout
+
+
+def test_a_label_without_every_answer_certified_is_exit_1(folders, monkeypatch):
+    real = convexperc.perception.perceive
+
+    def half_certified(*args, **options):
+        found = real(*args, **options)
+        loser = next(t for t in found.templates if t.name != found.label)
+        doubtful = replace(loser.solution.certificate, relative_gap=1.0, share_of_target=1.0)
+        changed = Template(loser.name, replace(loser.solution, certificate=doubtful))
+        return decide(tuple(changed if t is loser else t for t in found.templates), found.views)
+
+    monkeypatch.setattr(convexperc.perception, "perceive", half_certified)
+    result = expect(1, run(*recognize_arguments(folders)))
+    assert "label    disc" in result.stdout, result.stdout
+    assert "1 of 2 have a certified answer" in result.stdout, result.stdout
+    assert re.search(r"stripes .* NO +excluded", result.stdout), result.stdout
+
+
+def test_recognize_wants_one_source_and_sound_options(folders, tmp_path, monkeypatch):
+    monkeypatch.setattr(convexperc.perception, "perceive", pytest.fail)
+    for arguments in (
+        ("recognize",),
+        ("recognize", "--references", folders),
+        ("recognize", "--sample", "--views", folders),
+        ("recognize", "--scene", "red-car"),
+        ("recognize", "--sample", "--scene", "nowhere"),
+        recognize_arguments(folders, "--scene", "red-car"),
+        recognize_arguments(folders, "--picture", tmp_path / "x.bmp"),
+        recognize_arguments(folders, "--picture", tmp_path / "none" / "x.png"),
+        recognize_arguments(folders, "--lambda1", "much"),
+        ("recognize", "--references", tmp_path, "--views", folders / "views"),
+    ):
+        result = expect(2, run(*arguments))
+        assert result.stderr, arguments
+        assert result.stdout == "", result.stdout
+
+
+@pytest.mark.parametrize("value", ["-1", "nan", "inf"])
+def test_an_illegal_lambda_is_misuse(folders, value):
+    result = expect(2, run(*recognize_arguments(folders, "--lambda2", value)))
+    assert result.stderr.startswith("error: lambda2 must be"), result.stderr
+
+
+def test_a_solver_that_gives_up_certifies_nothing(answered, monkeypatch):
+    def give_up(*_):
+        raise SolverError("Clarabel", value="no point", must="must return a point")
+
+    monkeypatch.setattr(convexperc.solvers.conic.Conic, "candidate", give_up)
+    assert "no point" in expect(1, run("solve", answered[0])).stderr
+
+
+def test_a_poor_answer_of_a_confident_solver_is_exit_1(answered, monkeypatch):
+    def guess(_, problem):
+        return Candidate(np.ones(problem.n), np.ones(problem.d), "optimal, honestly", 1)
+
+    monkeypatch.setattr(convexperc.solvers.conic.Conic, "candidate", guess)
+    result = expect(1, run("solve", answered[0]))
+    assert "status   NOT CERTIFIED" in result.stdout, result.stdout
+    assert "its own word, not relied on: optimal, honestly" in result.stdout, result.stdout
+
+
+def test_the_sample_is_recognised_with_a_proof():
+    result = expect(0, run("recognize", "--sample", "--scene", "ica-sign"))
+    assert result.stdout.startswith("Sample: 5 robots look at ica-sign"), result.stdout
+    assert Verdict.PROVED.value in result.stdout
+
+
+@given(st.floats(0.0, 1.7e308), st.integers(1, 17))
+def test_printed_bounds_are_rounded_outward(value, digits):
+    assert Fraction(_below(value, digits)) <= Fraction(value) <= Fraction(_above(value, digits))
+
+
+def test_an_infinite_bound_is_printed():
+    assert float(_above(float("inf"), 3)) == float("inf")
+
+
+def child(code, *arguments, **options):
+    """Run the console script's main in a fresh interpreter, after `code`."""
+    program = f"import sys\nsys.argv = ['convexperc', *{list(map(str, arguments))!r}]\n"
+    program += f"from convexperc.__main__ import main\n{code}\nmain()"
+    return subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, **options
+    )
+
+
+def test_help_does_not_load_the_slow_libraries():
+    code = (
+        "import atexit\nslow = ('numpy', 'cvxpy', 'cv2', 'skimage', 'matplotlib', 'scipy', 'osqp')\n"
+        "atexit.register(lambda: print('loaded:', [name for name in slow if name in sys.modules]))"
+    )
+    done = child(code, "--help")
+    assert done.returncode == 0, done
+    assert done.stdout.endswith("loaded: []\n"), done.stdout
+
+
+def test_a_fault_of_the_program_is_70_with_its_traceback(answered):
+    code = "import convexperc.records\nconvexperc.records.read_problem = lambda path: 1 / 0"
+    done = child(code, "solve", answered[0])
+    assert done.returncode == 70, done
+    assert "Traceback" in done.stderr
+    assert "ZeroDivisionError" in done.stderr
+    assert done.stdout == ""
+
+
+def test_an_interruption_is_130_without_a_traceback(answered):
+    code = (
+        "import convexperc.records, os, signal\n"
+        "convexperc.records.read_problem = lambda path: os.kill(os.getpid(), signal.SIGINT)"
+    )
+    done = child(code, "solve", answered[0])
+    assert (done.returncode, done.stderr) == (130, "interrupted\n"), done
+
+
+def test_a_reader_that_goes_away_is_no_error(answered):
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "wb") as stream:
+        command = [sys.executable, "-m", "convexperc", "certify", str(answered[0]), str(answered[1])]
+        done = subprocess.run(command, stdout=stream, stderr=subprocess.PIPE, check=False)
+    assert (done.returncode, done.stderr) == (-13, b""), done
+
+
+def test_a_stream_that_knows_ascii_alone_still_gets_the_answer(answered, tmp_path):
+    problem = json.loads(answered[0].read_text())
+    (tmp_path / "p.json").write_text(json.dumps({**problem, "id": "車"}))
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = child("", "solve", tmp_path / "p.json", env=environment)
+    assert done.returncode == 0, done
+    assert done.stdout.startswith("\\u8eca: n = 4"), done.stdout
+    assert done.stdout.isascii(), done.stdout

@@ -1,0 +1,122 @@
+"""From pictures to recognition: names, folders, references, and the sample."""
+
+from importlib.resources import files
+
+import cv2
+import numpy as np
+import pytest
+
+from convexperc.errors import ConvexpercError, FeatureError, ImageError, InputError
+from convexperc.features import FeatureConfiguration, extract
+from convexperc.perception import References, perceive, read_pictures, sample_names, sample_scene
+from convexperc.recognition import Verdict
+
+QUICK = FeatureConfiguration(
+    working_size=(32, 32), color_bins=8, hog_pixels_per_cell=(8, 8), lbp_points=8, lbp_radius=1.0, lbp_bins=10
+)
+LAMBDAS = {"lambda1": 0.1, "lambda2": 0.1, "lambda3": 0.1}
+
+
+def picture(kind, shift=0):
+    """Stripes, a disc or a chequerboard in red, green or blue, without randomness."""
+    rows, columns = np.mgrid[:40, :48]
+    shapes = {
+        "stripes": (columns + shift) // 6 % 2,
+        "disc": (rows - 20) ** 2 + (columns - 24 - shift) ** 2 < 180,
+        "board": ((rows + shift) // 8 + columns // 8) % 2,
+    }
+    planes = np.full((40, 48, 3), 30 + shift, dtype=np.uint8)
+    planes[..., list(shapes).index(kind)] += (180 * shapes[kind]).astype(np.uint8)
+    return planes
+
+
+def save(folder, name, kind, shift=0):
+    folder.mkdir(exist_ok=True)
+    done, data = cv2.imencode(name[name.rindex(".") :], picture(kind, shift)[..., ::-1])
+    assert done, name
+    (folder / name).write_bytes(data.tobytes())
+
+
+KNOWN = {kind: picture(kind) for kind in ("stripes", "disc", "board")}
+
+
+def test_each_reference_is_a_column_and_the_views_find_theirs():
+    references = References.of(KNOWN, QUICK)
+    assert references.names == ("stripes", "disc", "board")
+    assert references.O.shape == (sum(QUICK.modality_sizes.values()), 3)
+    assert not references.O.flags.writeable
+    for j, kind in enumerate(references.names):
+        assert np.array_equal(references.O[:, j], extract([KNOWN[kind]], QUICK)[0]), kind
+        done = []
+        views = {"left": picture(kind, 2), "right": picture(kind, 3)}
+        found = perceive(views, references, **LAMBDAS, progress=done.append)
+        assert (found.verdict, found.label) == (Verdict.PROVED, kind), (kind, found.label, found.reason)
+        assert found.views == ("left", "right")
+        assert done == list(references.names)
+        assert found.templates[0].solution.problem.modalities.names == ("color", "hog", "lbp")
+
+
+def test_one_view_is_enough_and_no_view_is_not():
+    references = References.of(KNOWN, QUICK)
+    assert perceive({"only": picture("disc", 2)}, references, **LAMBDAS).label == "disc"
+    with pytest.raises(FeatureError, match="at least one picture"):
+        perceive({}, references, **LAMBDAS)
+
+
+def test_one_reference_is_refused():
+    with pytest.raises(InputError, match=r"at least two objects.*recognised in any view"):
+        References.of({"disc": KNOWN["disc"]}, QUICK)
+
+
+def test_equal_references_tie():
+    references = References.of({"a": KNOWN["disc"], "b": KNOWN["disc"], "c": KNOWN["board"]}, QUICK)
+    found = perceive({"only": picture("disc", 2)}, references, **LAMBDAS)
+    assert (found.verdict, found.label, set(found.candidates)) == (Verdict.TIE, None, {"a", "b"})
+
+
+def test_a_folder_names_its_pictures_by_their_stems(tmp_path):
+    save(tmp_path, "b.car.png", "disc")
+    save(tmp_path, "a [red] $x$.bmp", "board")
+    (tmp_path / "notes.txt").write_text("no picture")
+    found = read_pictures(tmp_path)
+    assert list(found) == ["a [red] $x$", "b.car"]
+    assert np.array_equal(found["b.car"], picture("disc"))
+
+
+def test_two_files_of_one_stem_are_refused_by_name(tmp_path):
+    save(tmp_path, "car.png", "disc")
+    save(tmp_path, "car.jpg", "board")
+    with pytest.raises(ImageError, match=r"car\.png must not have the stem of car\.jpg"):
+        read_pictures(tmp_path)
+
+
+@pytest.mark.parametrize("stem", ["line\nbreak", "\x1b[31mred", "byte\udce9"])
+def test_a_name_that_cannot_be_printed_is_refused(tmp_path, stem):
+    save(tmp_path, "fine.png", "disc")
+    (tmp_path / "fine.png").rename(tmp_path / f"{stem}.png")
+    with pytest.raises(ImageError, match="printable"):
+        read_pictures(tmp_path)
+
+
+def test_empty_and_absent_folders_are_refused(tmp_path):
+    for folder in (tmp_path, tmp_path / "absent"):
+        with pytest.raises(ImageError, match="folder"):
+            read_pictures(folder)
+
+
+def test_the_sample_holds_what_its_record_says():
+    names = sample_names()
+    assert set(names) == {"red-car", "gray-car", "ica-sign"}
+    for name in names:
+        scene = sample_scene(name)
+        assert list(scene.references) == list(names), (name, list(scene.references))
+        assert list(scene.views) == [f"robot-{i}" for i in range(1, 6)], (name, list(scene.views))
+        for other, found in scene.references.items():
+            place = files("convexperc") / "sample" / "references" / f"{other}.png"
+            wanted = cv2.imdecode(np.frombuffer(place.read_bytes(), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+            assert np.array_equal(found, wanted), (name, other)
+        pictures = [*scene.references.values(), *scene.views.values()]
+        assert len({p.tobytes() for p in pictures}) == len(pictures), name
+        assert all(p.dtype == np.uint8 and p.shape[2] == 3 for p in pictures)
+    with pytest.raises(ConvexpercError, match="nowhere"):
+        sample_scene("nowhere")
