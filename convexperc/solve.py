@@ -83,16 +83,18 @@ def solve(
 
 def _judge(problem: Problem, scaling: Scaling, candidate: Candidate, tolerances: dict[str, float]) -> _Answer:
     """Certify the candidate, the candidate with its proved zeros at 0, and the zero point; keep the best."""
-    w, u = scaling.point_back(candidate.w, candidate.u)
     dual = None if candidate.dual is None else scaling.dual_back(*candidate.dual)
-    best = _Answer(w, u, certify(problem, w, u, dual=dual, **tolerances))
-    zero = np.zeros(problem.n), np.zeros(problem.d)
-    for point in (_with_zeros(problem, best), zero):
-        if point is not None:
-            w, u = point
-            other = _Answer(w, u, certify(problem, w, u, dual=dual, **tolerances))
-            best = other if other.better_than(best) else best
-    return best
+
+    def judged(w: Vector, u: FeatureVector) -> _Answer:
+        return _Answer(w, u, certify(problem, w, u, dual=dual, **tolerances))
+
+    best = judged(*scaling.point_back(candidate.w, candidate.u))
+    point = _with_zeros(problem, best)
+    if point is not None:
+        sparse = judged(*point)
+        best = sparse if sparse.certificate.certified or sparse.better_than(best) else best
+    zero = judged(np.zeros(problem.n), np.zeros(problem.d))
+    return zero if zero.better_than(best) else best
 
 
 def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVector] | None:
