@@ -1,1 +1,85 @@
-"""Convex multi-robot perception: certified recognition of an object from several robots' views."""
+"""Convex multi-robot perception: certified recognition of an object from several robots' views.
+
+The names below load their modules on first use, so that ``import convexperc`` costs nothing.
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from convexperc.certificate import Certificate, certify
+    from convexperc.critical import critical_lambda2, critical_lambda3
+    from convexperc.enclosure import Enclosure, enclose
+    from convexperc.errors import ConvexpercError
+    from convexperc.features import FeatureConfiguration, extract
+    from convexperc.modalities import Modalities
+    from convexperc.optimality import optimality_residual
+    from convexperc.perception import References, perceive
+    from convexperc.problem import Problem
+    from convexperc.recognition import Recognition, Verdict, recognize
+    from convexperc.solution import Solution, Status
+    from convexperc.solvers.conic import Conic
+    from convexperc.solvers.qp import Quadratic
+    from convexperc.solving import solve
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Certificate": "certificate",
+    "Conic": "solvers.conic",
+    "ConvexpercError": "errors",
+    "Enclosure": "enclosure",
+    "FeatureConfiguration": "features",
+    "Modalities": "modalities",
+    "Problem": "problem",
+    "Quadratic": "solvers.qp",
+    "Recognition": "recognition",
+    "References": "perception",
+    "Solution": "solution",
+    "Status": "solution",
+    "Verdict": "recognition",
+    "certify": "certificate",
+    "critical_lambda2": "critical",
+    "critical_lambda3": "critical",
+    "enclose": "enclosure",
+    "extract": "features",
+    "optimality_residual": "optimality",
+    "perceive": "perception",
+    "recognize": "recognition",
+    "solve": "solving",
+}
+
+__all__ = [
+    "Certificate",
+    "Conic",
+    "ConvexpercError",
+    "Enclosure",
+    "FeatureConfiguration",
+    "Modalities",
+    "Problem",
+    "Quadratic",
+    "Recognition",
+    "References",
+    "Solution",
+    "Status",
+    "Verdict",
+    "certify",
+    "critical_lambda2",
+    "critical_lambda3",
+    "enclose",
+    "extract",
+    "optimality_residual",
+    "perceive",
+    "recognize",
+    "solve",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'convexperc' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"convexperc.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -14,9 +14,9 @@ from convexperc.enclosure import enclose
 from convexperc.errors import ProblemError
 from convexperc.problem import Problem
 from convexperc.solution import Solution
-from convexperc.solve import solve
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import Solver
+from convexperc.solving import solve
 
 NARROW = 1e-30
 """Relative width asked of overlapping intervals; what is reported is limited by float64, about 1e-16."""
@@ -187,10 +187,13 @@ def recognize(
         raise ProblemError("references", value=references, must="must name at least one object")
     judge = Conic() if solver is None else solver
     names = _view_names(X, views)
-    templates = []
+    templates, solved = [], {}
     for name, o in references.items():
         problem = Problem(X, o, modalities=modalities, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3)
-        templates.append(Template(name, solve(problem, judge, escalate=escalate)))
+        data = problem.o.tobytes()
+        if data not in solved:
+            solved[data] = solve(problem, judge, escalate=escalate)
+        templates.append(Template(name, solved[data]))
         if progress is not None:
             progress(name)
     found = decide(tuple(templates), names)

@@ -87,9 +87,14 @@ class Scaling:
         return _shifted(lower, self.x + self.o)[0], _shifted(upper, self.x + self.o)[1]
 
     def normalise(self, problem: Problem) -> Problem:
-        """The normalised problem for a solver: nearest floats, lambdas cut at `LARGEST`."""
+        """The normalised problem for a solver: nearest floats, lambdas cut where no optimum changes.
+
+        With ||x^j|| < 1 and ||o|| < 1: lambda2 >= 2 gives w = 0; and ||b||_inf <= 2 + lambda2 at the optimum,
+        so that lambda3 >= n (2 + lambda2) gives u = 0. Only lambda1 beyond `LARGEST` is really cut.
+        """
         X, o, _ = self.data(problem)
         one, two, three = (min(high, LARGEST) for _, high in self.lambdas(problem))
+        two, three = min(two, 4.0), min(three, 8.0 * problem.n)
         return Problem(X, o, modalities=problem.modalities, lambda1=one, lambda2=two, lambda3=three)
 
 

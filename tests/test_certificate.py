@@ -12,8 +12,8 @@ from convexperc.certificate import certify
 from convexperc.duality import Frame, dual_value
 from convexperc.problem import Problem
 from convexperc.scaling import Scaling
-from convexperc.solve import solve
 from convexperc.solvers.conic import Conic
+from convexperc.solving import solve
 
 
 def posed(X, o, lambdas, modalities=None):

@@ -17,15 +17,16 @@ from typer.testing import CliRunner
 
 import convexperc.perception
 import convexperc.solvers.conic
-from convexperc.cli import _above, _below, app
+from convexperc.cli import app
 from convexperc.errors import SolverError
 from convexperc.features import FeatureConfiguration
 from convexperc.problem import Problem
 from convexperc.recognition import Template, Verdict, decide
 from convexperc.records import problem_record, write_json
 from convexperc.solution import Candidate
-from convexperc.solve import solve
 from convexperc.solvers.conic import Conic
+from convexperc.solving import solve
+from convexperc.tables import above, below
 
 QUICK = FeatureConfiguration(
     working_size=(32, 32), color_bins=8, hog_pixels_per_cell=(8, 8), lbp_points=8, lbp_radius=1.0, lbp_bins=10
@@ -261,11 +262,11 @@ def test_the_sample_is_recognised_with_a_proof():
 
 @given(st.floats(0.0, 1.7e308), st.integers(1, 17))
 def test_printed_bounds_are_rounded_outward(value, digits):
-    assert Fraction(_below(value, digits)) <= Fraction(value) <= Fraction(_above(value, digits))
+    assert Fraction(below(value, digits)) <= Fraction(value) <= Fraction(above(value, digits))
 
 
 def test_an_infinite_bound_is_printed():
-    assert float(_above(float("inf"), 3)) == float("inf")
+    assert float(above(float("inf"), 3)) == float("inf")
 
 
 def child(code, *arguments, **options):
@@ -288,7 +289,7 @@ def test_help_does_not_load_the_slow_libraries():
 
 
 def test_a_fault_of_the_program_is_70_with_its_traceback(answered):
-    code = "import convexperc.records\nconvexperc.records.read_problem = lambda path: 1 / 0"
+    code = "import convexperc.problem_files\nconvexperc.problem_files.read_problem = lambda path: 1 / 0"
     done = child(code, "solve", answered[0])
     assert done.returncode == 70, done
     assert "Traceback" in done.stderr
@@ -298,8 +299,8 @@ def test_a_fault_of_the_program_is_70_with_its_traceback(answered):
 
 def test_an_interruption_is_130_without_a_traceback(answered):
     code = (
-        "import convexperc.records, os, signal\n"
-        "convexperc.records.read_problem = lambda path: os.kill(os.getpid(), signal.SIGINT)"
+        "import convexperc.problem_files, os, signal\n"
+        "convexperc.problem_files.read_problem = lambda path: os.kill(os.getpid(), signal.SIGINT)"
     )
     done = child(code, "solve", answered[0])
     assert (done.returncode, done.stderr) == (130, "interrupted\n"), done

@@ -10,8 +10,8 @@ from convexperc.errors import SolverError
 from convexperc.objective import objective
 from convexperc.problem import Problem
 from convexperc.scaling import Scaling
-from convexperc.solve import solve
 from convexperc.solvers.conic import Conic, Model, ModelCache
+from convexperc.solving import solve
 
 INSTANCES = 20
 

@@ -8,8 +8,8 @@ from rational import fractions, inner
 from convexperc.certificate import certify
 from convexperc.critical import critical_lambda2, critical_lambda3, zero_is_optimal
 from convexperc.problem import Problem
-from convexperc.solve import solve
 from convexperc.solvers.conic import Conic
+from convexperc.solving import solve
 
 
 def random_problem(seed, *, scale_x=1.0, scale_o=1.0, lambda2=0.1, lambda3=1.0):

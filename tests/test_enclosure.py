@@ -11,8 +11,8 @@ from convexperc.enclosure import certify_in_balls, enclose, objective_at
 from convexperc.multiprecision import precision
 from convexperc.problem import Problem
 from convexperc.solution import Candidate, Status
-from convexperc.solve import solve
 from convexperc.solvers.conic import Conic
+from convexperc.solving import solve
 
 CLOSED_FORMS = {
     "19/32": (Problem([[1.0]], [1.0], lambda1=1, lambda2=0.5, lambda3=0.25), Fraction(19, 32)),

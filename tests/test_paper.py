@@ -12,7 +12,9 @@ import pytest
 from convexperc.errors import InputError, PointError
 from convexperc.objective import objective
 from convexperc.problem import Problem
-from convexperc.solvers.paper import RISE_ROUNDING, Order, PaperTrace, Stop, run
+from convexperc.solvers.paper import Order, PaperTrace, Stop, run
+from convexperc.solvers.paper_systems import LinearSolver, derivative_u, derivative_w
+from convexperc.solvers.paper_trace import RISE_ROUNDING
 from convexperc.solvers.readings import (
     ABSOLUTE,
     APPENDIX_FULL,
@@ -21,10 +23,7 @@ from convexperc.solvers.readings import (
     PRINTED,
     READINGS,
     SMOOTHED,
-    LinearSolver,
     Reading,
-    derivative_u,
-    derivative_w,
     smoothed,
 )
 

@@ -8,9 +8,9 @@ from convexperc.errors import SolverError
 from convexperc.problem import Problem
 from convexperc.scaling import Scaling
 from convexperc.solution import Status
-from convexperc.solve import solve
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.qp import Quadratic, is_quadratic
+from convexperc.solving import solve
 
 
 def instance(seed, shape=(3, 5), lambdas=(0.7, 0.3, 0.2), spec=(1, 1, 1, 1, 1)):

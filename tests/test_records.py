@@ -16,21 +16,19 @@ from convexperc.features import FeatureConfiguration
 from convexperc.modalities import Modalities
 from convexperc.optimality import optimality_residual
 from convexperc.problem import Problem, same_data
+from convexperc.problem_files import read_answer, read_configuration, read_problem
 from convexperc.recognition import recognize
 from convexperc.records import (
     certificate_record,
     check_place,
     problem_record,
-    read_answer,
-    read_configuration,
-    read_problem,
     recognition_record,
     solution_record,
     write_json,
     write_whole,
 )
 from convexperc.solution import Candidate
-from convexperc.solve import solve
+from convexperc.solving import solve
 
 X = [[1.0, 0.5, -2.0], [0.25, 3.0, 1.0]]
 GOOD = {"X": X, "o": [1.0, 0.0, -1.0], "lambda1": 0.1, "lambda2": 0.1, "lambda3": 0.1}

@@ -35,12 +35,7 @@ class Model:
 
     @classmethod
     def of(cls, problem: Problem) -> "Model":
-        """Pose the problem, term by term as it is printed.
-
-        Notes
-        -----
-        Paper: Eq. (full).
-        """
+        """Pose the problem, term by term as `convexperc.problem.Problem` states it."""
         X = problem.X
         w, u, o = cp.Variable(problem.n), cp.Variable(problem.d), cp.Parameter(problem.d)
         lambda1, lambda2, lambda3 = (cp.Parameter(nonneg=True) for _ in range(3))

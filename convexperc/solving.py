@@ -8,6 +8,7 @@ import numpy as np
 from convexperc.arrays import FeatureVector, Vector
 from convexperc.certificate import ABSOLUTE, RELATIVE, Certificate, certify
 from convexperc.enclosure import certify_in_balls, enclose
+from convexperc.errors import SolverError
 from convexperc.problem import Problem
 from convexperc.scaling import Scaling
 from convexperc.solution import Candidate, Solution, Timings
@@ -60,14 +61,20 @@ def solve(
     Raises
     ------
     SolverError
-        The solver gave no point at all.
+        The solver gave no point at all, and `escalate` is false.
     """
     start = time.perf_counter()
     tolerances = {"relative_tolerance": relative_tolerance, "absolute_tolerance": absolute_tolerance}
     scaling = Scaling.of(problem)
     normal = scaling.normalise(problem)
     normalised = time.perf_counter()
-    candidate = solver.candidate(normal)
+    try:
+        candidate = solver.candidate(normal)
+    except SolverError as failure:
+        if not escalate:
+            raise
+        nothing = np.zeros(problem.n), np.zeros(problem.d)
+        candidate = Candidate(*nothing, f"failed: {failure.value}", 0)
     solved = time.perf_counter()
     name, answer = solver.name, _judge(problem, scaling, candidate, tolerances)
     if escalate and not answer.certificate.certified:

@@ -9,8 +9,8 @@ from convexperc.critical import critical_lambda2
 from convexperc.errors import InputError, SolverError
 from convexperc.problem import Problem, same_data
 from convexperc.solution import Candidate, Status
-from convexperc.solve import solve
 from convexperc.solvers.conic import Conic
+from convexperc.solving import solve
 
 
 @dataclass(frozen=True)
