@@ -136,12 +136,12 @@ def certify(
     absolute_tolerance = nonnegative_number(absolute_tolerance, "absolute_tolerance", error=PointError)
     scaling = Scaling.of(problem)
     frame = Frame.of(problem, scaling)
-    point = scaling.point(_entries(w, problem.n, "w"), _entries(u, problem.d, "u"))
+    point = _entries(w, problem.n, "w"), _entries(u, problem.d, "u")
     hint = None
     if dual is not None:
         hint = scaling.dual(_entries(dual[0], problem.d, "a"), _entries(dual[1], problem.n, "b"))
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        proof = _prove(problem, frame, scaling, _Point.of(frame, *point), hint)
+        proof = _prove(problem, frame, scaling, _Point.of(frame, scaling, *point), hint)
     target = squared_norm(frame.target)[0]
     lower, upper = scaling.value_back((proof.lower, proof.upper))
     return Certificate(
@@ -179,18 +179,19 @@ class _Point:
     objective: Bounds
 
     @classmethod
-    def of(cls, frame: Frame, w: Vector, u: FeatureVector) -> "_Point":
-        finite = bool(np.isfinite(w).all() and np.isfinite(u).all())
+    def of(cls, frame: Frame, scaling: Scaling, w: Vector, u: FeatureVector) -> "_Point":
+        w_, u_ = scaling.point(w, u)
+        finite = bool(np.isfinite(w_).all() and np.isfinite(u_).all())
         if not finite:
             return cls(Ball.exact(np.zeros_like(w)), Ball.exact(np.zeros_like(u)), False, (0.0, math.inf))
-        balls = _allowing_underflow(w), _allowing_underflow(u)
+        balls = _allowing_underflow(w_, w), _allowing_underflow(u_, u)
         lower, upper = _objective(frame, *balls)
         return cls(*balls, True, (0.0, math.inf) if math.isnan(upper) else (max(0.0, lower), upper))
 
 
-def _allowing_underflow(x: NDArray[np.float64]) -> Ball:
-    """Entries so small that scaling may have rounded them get the radius of that rounding."""
-    return Ball(x, np.where((np.abs(x) < 2.0**-1000) & (x != 0.0), UNDERFLOW, 0.0))
+def _allowing_underflow(scaled: NDArray[np.float64], given: NDArray[np.float64]) -> Ball:
+    """Entries so small that scaling may have rounded them, even to 0, get the radius of that rounding."""
+    return Ball(scaled, np.where((np.abs(scaled) < 2.0**-1000) & (given != 0.0), UNDERFLOW, 0.0))
 
 
 def _objective(frame: Frame, w: Ball, u: Ball) -> Bounds:
@@ -281,12 +282,12 @@ def _judged(
 def _cost(frame: Frame, candidate: DualPoint, upper: float) -> float:
     """What the excess of a dual point takes off its bound."""
     cost = 0.0
-    if candidate.excess_views > 0.0:
+    if candidate.excess_views != 0.0:
         cost = up(candidate.excess_views * view_weight_bound(frame, upper))
-    worst = max(candidate.excess_modalities)
-    if worst > 0.0:
+    worst = float(np.max(candidate.excess_modalities))
+    if worst != 0.0:
         cost = up(cost + up(worst * modality_weight_bound(frame, upper)))
-    return up(cost) + UNDERFLOW
+    return math.inf if math.isnan(cost) else up(cost) + UNDERFLOW
 
 
 def _method(candidate: DualPoint) -> str:

@@ -70,7 +70,7 @@ def proved_zeros(frame: Frame, point: DualPoint, gap: float) -> tuple[NDArray[np
     Source: Ndiaye et al., Gap Safe screening rules for sparsity enforcing penalties, JMLR 18 (2017).
     """
     root = up(2.0 * up(math.sqrt(max(gap, 0.0))))
-    coupling = frame.lambda1[1] if frame.lambda1[0] > 0.0 else 0.0
+    coupling = frame.lambda1[1]
     reach = np.array([up(math.sqrt(up(squared_norm(Ball.exact(row))[1] + coupling))) for row in frame.X])
     views = (point.v.magnitude() * point.scale + root * reach) * (1.0 + 2.0**-48) < frame.lambda2[0]
     norms = frame.modality_norms(frame.times_columns(point.b))

@@ -179,10 +179,10 @@ def smallest_singular_value(X: Matrix, entry_error: float = 0.0) -> float:
     error = (gamma(d + 2) + 4 * gamma(n + 4)) * total + n * d * (UNDERFLOW + entry_error * (1.0 + total))
     if not math.isfinite(total) or error >= total:
         return 0.0
-    shift = 0.5 * float(np.linalg.eigvalsh(gram)[0])
-    if shift <= 4 * error:
-        return 0.0
     try:
+        shift = 0.5 * float(np.linalg.eigvalsh(gram)[0])
+        if not shift > 4 * error:
+            return 0.0
         np.linalg.cholesky(gram - shift * np.eye(n))
     except np.linalg.LinAlgError:
         return 0.0

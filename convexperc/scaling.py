@@ -10,6 +10,7 @@ so that every solver may work on rows of norm about 1 and a target of norm about
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -114,6 +115,6 @@ def _shifted(value: float, exponent: int) -> Bounds:
         moved = math.ldexp(value, exponent)
     except OverflowError:
         return LARGEST, math.inf
-    if not math.isfinite(moved) or math.ldexp(moved, -exponent) == value:
+    if not math.isfinite(moved) or Fraction(moved) == Fraction(value) * Fraction(2) ** exponent:
         return moved, moved
     return max(0.0, math.nextafter(moved, -math.inf)), math.nextafter(moved, math.inf)

@@ -187,7 +187,8 @@ def test_a_failing_solver_is_heard():
             raise SolverError("broken", value=1, must="must not fail")
 
     with pytest.raises(SolverError, match="broken"):
-        recognized(solver=Broken())
+        recognized(solver=Broken(), escalate=False)
+    assert recognized(solver=Broken()).label == recognized().label
 
 
 def test_progress_and_pickle():

@@ -55,6 +55,7 @@ __all__ = [
 Choice = TypeVar("Choice", bound=StrEnum)
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def run(
     problem: Problem,
     *,

@@ -1,0 +1,244 @@
+"""What must hold of every problem: honest proofs, invariances, and what each reading descends."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from convexperc.certificate import Certificate, certify
+from convexperc.objective import objective
+from convexperc.problem import Problem
+from convexperc.solution import Status
+from convexperc.solvers.conic import Conic
+from convexperc.solvers.paper import (
+    ABSOLUTE,
+    CORRECTED,
+    PRINTED,
+    READINGS,
+    SMOOTHED,
+    Order,
+    Reading,
+    Stop,
+    run,
+)
+from convexperc.solving import solve
+from verification.campaign import Reason, cases
+from verification.campaign import run as campaign
+from verification.descent import has_reached, table
+from verification.families import EXTREME, FAMILIES, seeded
+from verification.referee import optimum, violations
+from verification.strategies import degenerate_problems, problems, random_problems
+
+REFERENCE = Conic()
+ORDINARY = st.sampled_from([name for name in FAMILIES if name not in EXTREME]).flatmap(problems)
+SIZES = st.sampled_from([1.0, 0.0, -1.0, 1e-3, 3.0, 1e8, 1e-8, 1e150, 1e-150, 5e-324, 1e300])
+DESCENDING = [reading for reading in READINGS if reading.own]
+
+
+def points(problem: Problem, t: float) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """A good point, the same a little off, and a bad one of size t."""
+    good = run(problem, reading=CORRECTED, max_iterations=50, on_singular="minimum_norm")
+    flat = np.full(problem.n, t), np.full(problem.d, -t)
+    return [("good", good.w, good.u), ("off", good.w * (1 + 1e-6), good.u), ("flat", *flat)]
+
+
+@settings(max_examples=60)
+@given(problem=ORDINARY, t=SIZES)
+def test_a_certificate_says_nothing_false(problem: Problem, t: float) -> None:
+    truth = optimum(problem)
+    for name, w, u in points(problem, t):
+        proof = certify(problem, w, u)
+        false = violations(problem, w, u, proof, truth)
+        assert not false, (name, t, problem, problem.X, problem.o, w, u, false)
+
+
+@settings(max_examples=30)
+@given(problem=st.sampled_from(list(EXTREME)).flatmap(problems), t=SIZES)
+def test_a_certificate_says_nothing_false_at_any_scale(problem: Problem, t: float) -> None:
+    truth = optimum(problem)
+    w, u = np.full(problem.n, t), np.full(problem.d, -t)
+    for name, factor in (("flat", 1.0), ("zero", 0.0)):
+        proof = certify(problem, factor * w, factor * u)
+        false = violations(problem, factor * w, factor * u, proof, truth)
+        assert not false, (name, t, problem, problem.X, problem.o, false)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_reference_says_nothing_false(family: str) -> None:
+    """Every statement of the reference's certificate against the exact referee."""
+    for index in range(2):
+        problem = seeded(family, 11, index, largest=(5, 20))
+        w, u = np.zeros(problem.n), np.zeros(problem.d)
+        if family not in {*EXTREME, "subnormal_entries"}:
+            solution = solve(problem, REFERENCE)
+            w, u = solution.w, solution.u
+        proof = certify(problem, w, u)
+        false = violations(problem, w, u, proof, optimum(problem))
+        assert not false, (family, index, problem, false)
+
+
+VANISHING = {
+    "w": (np.full((8, 1), 2.0**-300), 2.0**300, (0.0, 1.99 * 2.0**1023, 0.0), 2.0**-475, 0.0),
+    "u": (np.array([[1e-145], [-1e-145]]), 1e-76, (0.1, 0.01, 1.0), 0.0, 3e-170),
+}
+"""Points that are 0 in normalised units by underflow, though a large lambda makes them count."""
+
+
+@pytest.mark.parametrize("part", VANISHING)
+def test_a_point_too_small_for_the_normalised_units_is_still_judged(part: str) -> None:
+    X, o, (lambda1, lambda2, lambda3), w_entry, u_entry = VANISHING[part]
+    problem = Problem(X, [o], lambda1=lambda1, lambda2=lambda2, lambda3=lambda3)
+    w, u = np.full(problem.n, w_entry), np.array([u_entry])
+    proof = certify(problem, w, u)
+    false = violations(problem, w, u, proof, optimum(problem))
+    assert not false, (problem, w, u, proof.objective, proof.gap, false)
+
+
+def test_a_legal_problem_of_any_size_can_be_judged() -> None:
+    """lambda3 is the largest float, and 2^-(2x + o) lambda3 is subnormal and rounds up."""
+    problem = Problem([[2.0**999]], [2.0**89], lambda1=1, lambda2=1, lambda3=np.finfo(float).max)
+    proof = certify(problem, [0.0], [0.0])
+    assert proof.lower <= proof.upper, (proof.lower, proof.upper)
+
+
+def intersect(first: Certificate, second: Certificate) -> bool:
+    return max(first.lower, second.lower) <= min(first.upper, second.upper)
+
+
+@settings(max_examples=25)
+@given(problem=ORDINARY, data=st.data())
+def test_the_order_of_robots_and_modalities_does_not_matter(problem: Problem, data: st.DataObject) -> None:
+    rows = data.draw(st.permutations(range(problem.n)))
+    groups = data.draw(st.permutations(range(problem.m)))
+    one, two, three = problem.lambdas
+    moved = Problem(
+        problem.X[rows],
+        problem.o,
+        modalities=problem.modalities.permuted(groups),
+        lambda1=one,
+        lambda2=two,
+        lambda3=three,
+    )
+    w, u = points(problem, 1.0)[0][1:]
+    first, second = certify(problem, w, u), certify(moved, w[rows], u)
+    assert intersect(first, second), (rows, groups, problem, first, second)
+    assert max(first.objective[0], second.objective[0]) <= min(first.objective[1], second.objective[1]), (
+        problem
+    )
+
+
+@settings(max_examples=40)
+@given(problem=ORDINARY, x=st.integers(-60, 60), t=st.integers(-60, 60))
+def test_powers_of_two_change_nothing_but_the_units(problem: Problem, x: int, t: int) -> None:
+    if "subnormal" in repr(problem) or np.abs(problem.X[problem.X != 0]).min(initial=1.0) < 1e-200:
+        t = x = 0
+    if np.abs(problem.o[problem.o != 0]).min(initial=1.0) < 1e-200:
+        t = x = 0
+    one, two, three = problem.lambdas
+    scaled = Problem(
+        np.ldexp(problem.X, x),
+        np.ldexp(problem.o, t),
+        modalities=problem.modalities,
+        lambda1=np.ldexp(one, 2 * x),
+        lambda2=np.ldexp(two, x + t),
+        lambda3=np.ldexp(three, 2 * x + t),
+    )
+    w, u = points(problem, 1.0)[0][1:]
+    first = certify(problem, w, u)
+    second = certify(scaled, np.ldexp(w, t - x), np.ldexp(u, t - 2 * x))
+    assert second.lower == np.ldexp(first.lower, 2 * t), (problem, x, t, first, second)
+    assert second.upper == np.ldexp(first.upper, 2 * t), (problem, x, t, first, second)
+    assert second.relative_gap == first.relative_gap, (problem, x, t, first, second)
+
+
+@settings(max_examples=20)
+@given(problem=random_problems())
+def test_the_corrected_algorithm_reaches_the_reference_unless_it_locks(problem: Problem) -> None:
+    solution = solve(problem, REFERENCE)
+    assert solution.status is Status.CERTIFIED, (problem, problem.X, problem.o, solution.certificate)
+    trace = run(problem, reading=CORRECTED, max_iterations=3000, tolerance=1e-12)
+    assert trace.F[-1] >= solution.certificate.lower * (1 - 1e-12), (
+        problem,
+        trace.F[-1],
+        solution.certificate,
+    )
+    if trace.stop is Stop.CONVERGED:
+        reached = has_reached(float(trace.F[-1]), solution.certificate, problem)
+        assert reached, (problem, problem.X, problem.o, trace.F[-1], solution.certificate)
+
+
+@pytest.mark.parametrize("reading", DESCENDING, ids=lambda reading: reading.name)
+@settings(max_examples=25)
+@given(problem=ORDINARY)
+def test_gauss_seidel_steps_never_raise_what_a_reading_descends(reading: Reading, problem: Problem) -> None:
+    trace = run(problem, reading=reading, max_iterations=100)
+    rises = trace.own_rises()
+    assert rises.size == 0, (
+        reading.name,
+        problem,
+        problem.X,
+        problem.o,
+        trace.own[rises[0] - 1 : rises[0] + 1],
+    )
+    assert len(trace.own) == len(trace.F), (reading.name, len(trace.own), len(trace.F))
+
+
+@settings(max_examples=25)
+@given(problem=degenerate_problems())
+def test_the_corrected_reading_descends_f_itself(problem: Problem) -> None:
+    if np.abs(problem.X).max() > 1e100 or np.abs(problem.o).max() > 1e100:
+        problem = Problem([[1.0]], [1.0], lambda1=1, lambda2=1, lambda3=1)
+    trace = run(problem, reading=CORRECTED, max_iterations=100)
+    assert trace.own == pytest.approx(trace.F, rel=1e-12), (problem, trace.F, trace.own)
+    assert trace.rises().size == 0, (problem, problem.X, problem.o, trace.F)
+
+
+def test_the_printed_reading_raises_f() -> None:
+    problem = Problem([[1.0]], [-1.0], lambda1=1, lambda2=4, lambda3=0)
+    trace = run(problem, reading=PRINTED)
+    assert trace.rises().size > 0, trace.F
+    assert (trace.F[0], trace.F.max()) == pytest.approx((4.0, 9.0)), trace.F
+
+
+def test_the_absolute_reading_raises_f_though_not_its_own_objective() -> None:
+    problem = Problem(
+        [[1.0, -3.0], [-1.0, 2.0]], [1.0, -4.0], modalities=[1, 1], lambda1=2, lambda2=2, lambda3=2
+    )
+    trace = run(problem, reading=ABSOLUTE)
+    assert trace.rises().size > 0, trace.F
+    assert trace.own_rises().size == 0, trace.own
+
+
+def test_the_table_of_readings_counts_every_run() -> None:
+    chosen = cases(2, 4, 0)
+    found = table(chosen, max_iterations=50, largest=(3, 6))
+    assert len(found.rows) == len(READINGS) * len(Order), found.rows
+    assert json.loads(json.dumps(found.as_json(), allow_nan=False))["problems"] == found.problems, found
+    for row in found.rows:
+        assert row.runs == len(chosen) == sum(count for count, _ in row.stops.values()), row
+        assert row.reached == sum(good for _, good in row.stops.values()) <= row.judged, row
+    for reading in (CORRECTED, SMOOTHED, ABSOLUTE):
+        row = found.row(reading.name, "gauss_seidel")
+        assert row.own_monotone == row.own_runs == len(chosen), row
+
+
+def test_a_campaign_counts_every_case_and_names_what_failed() -> None:
+    chosen = cases(3, 5, 0)
+    report = campaign(chosen, referee_every=1)
+    assert sum(tally.total for tally in report.tallies()) == len(chosen), report.tallies()
+    assert report.clean, report.failures
+    starved = campaign(chosen, solver=replace(REFERENCE, max_iterations=2))
+    assert starved.failures, "two iterations cannot be enough for all"
+    assert {failure.reason for failure in starved.failures} <= {Reason.POINT, Reason.NO_ANSWER}, (
+        starved.failures
+    )
+    assert not starved.contradictions, starved.contradictions
+    record = json.loads(json.dumps(starved.as_json(), allow_nan=False))
+    assert len(record["failures"]) == len(starved.failures), record
+    for failure in starved.failures:
+        problem = failure.case.problem()
+        assert (problem.n, problem.d, problem.lambdas) == (failure.n, failure.d, failure.lambdas), failure
+        assert objective(problem, np.zeros(problem.n), np.zeros(problem.d)) >= 0, failure

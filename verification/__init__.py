@@ -1,0 +1,1 @@
+"""The verifier: problem families, an exact referee, and campaigns that judge `convexperc` and the paper."""

@@ -1,0 +1,144 @@
+"""The command line of the verifier; no mathematics."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table as Grid
+
+if TYPE_CHECKING:
+    from verification.campaign import Report
+    from verification.descent import Row
+
+MOST_SHOWN = 40
+"""Failures shown on the screen; the JSON file has them all."""
+
+app = typer.Typer(
+    add_completion=False, no_args_is_help=True, help="Check convexperc and the paper's claims by counting."
+)
+Seed = Annotated[int, typer.Option(min=0, help="Seed of every family's stream.")]
+File = Annotated[Path | None, typer.Option("--json", help="Write everything to this file.", dir_okay=False)]
+
+
+@app.command()
+def families() -> None:
+    """List the families of problems."""
+    from verification.families import FAMILIES, RANDOM, SUMMARIES  # noqa: PLC0415 - keeps --help quick
+
+    grid = Grid("family", "group", "what it is")
+    for name in FAMILIES:
+        grid.add_row(name, "random" if name in RANDOM else "degenerate", SUMMARIES[name])
+    _console().print(grid)
+
+
+@app.command()
+def campaign(
+    random: Annotated[int, typer.Option(min=0, help="Random problems.")] = 2000,
+    degenerate: Annotated[
+        int, typer.Option(min=0, help="Degenerate problems, scales 1e-8..1e8 among them.")
+    ] = 2000,
+    extreme: Annotated[int, typer.Option(min=0, help="Problems with scales 1e-150..1e150.")] = 0,
+    seed: Seed = 0,
+    referee: Annotated[
+        int, typer.Option(min=0, help="Exact referee on every k-th certified answer; 0: none.")
+    ] = 20,
+    json_file: File = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
+) -> None:
+    """Solve, certify and referee problems; exit code 1 if one is not certified or a proof is false."""
+    from verification.campaign import cases, run  # noqa: PLC0415 - keeps --help quick
+
+    chosen = cases(random, degenerate, seed, extreme=extreme)
+    if not chosen:
+        raise typer.BadParameter("at least one problem is needed: a run that checks nothing proves nothing")
+    with Progress(console=_console(), transient=True) as bar:
+        task = bar.add_task("problems", total=len(chosen))
+        report = run(chosen, referee_every=referee, jobs=jobs, progress=lambda done: bar.advance(task, done))
+    _write(json_file, report.as_json())
+    _show(report)
+    raise typer.Exit(0 if report.clean else 1)
+
+
+@app.command()
+def readings(
+    count: Annotated[int, typer.Option(min=1, help="Problems of each group, random and degenerate.")] = 100,
+    seed: Seed = 0,
+    iterations: Annotated[int, typer.Option(min=1, help="Most iterations of a run.")] = 500,
+    json_file: File = None,
+) -> None:
+    """Count for each reading of Algorithm 1: monotone on F, on its own objective, reaches the optimum."""
+    from verification.campaign import cases  # noqa: PLC0415 - keeps --help quick
+    from verification.descent import table  # noqa: PLC0415 - keeps --help quick
+
+    chosen = cases(count, count, seed)
+    with Progress(console=_console(), transient=True) as bar:
+        task = bar.add_task("problems", total=len(chosen))
+        result = table(chosen, max_iterations=iterations, progress=lambda done: bar.advance(task, done))
+    _write(json_file, result.as_json())
+    grid = Grid(
+        "reading", "order", "F never rose", "own never rose", "reached F*", "stops: runs (reached F*)"
+    )
+    for row in result.rows:
+        grid.add_row(*_cells(row))
+    _console().print(grid)
+    unknown = len(result.without_optimum)
+    _console().print(
+        f"{sum(result.problems.values())} problems; F* is certified on all but {unknown} of them."
+    )
+    raise typer.Exit(1 if unknown else 0)
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    app()
+
+
+def _console() -> Console:
+    return Console(file=sys.stdout, width=None if sys.stdout.isatty() else 140)
+
+
+def _write(file: Path | None, data: dict[str, Any]) -> None:
+    if file is None:
+        return
+    try:
+        file.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    except OSError as problem:
+        raise typer.BadParameter(f"cannot write {file}: {problem.strerror}", param_hint="--json") from None
+
+
+def _cells(row: "Row") -> list[str]:
+    own = f"{row.own_monotone} of {row.own_runs}" if row.own_runs else "-"
+    stops = ", ".join(f"{stop} {runs} ({good})" for stop, (runs, good) in sorted(row.stops.items()))
+    counts = f"{row.monotone} of {row.runs}", own, f"{row.reached} of {row.judged}"
+    return [row.reading, row.order, *counts, stops]
+
+
+def _show(report: "Report") -> None:
+    console, grid = _console(), Grid("family", "problems", "certified", "refereed", "proofs contradicted")
+    for tally in report.tallies():
+        numbers = (tally.total, tally.certified, tally.refereed, tally.contradicted)
+        grid.add_row(tally.family, *map(str, numbers))
+    console.print(grid)
+    for reason, count in report.reasons().items():
+        console.print(f"not certified: {count} because {reason}")
+    for failure in report.failures[:MOST_SHOWN]:
+        case = failure.case
+        console.print(
+            f"{case.family} seed {case.seed} index {case.index}: n {failure.n} d {failure.d}"
+            f" lambdas {failure.lambdas} proved {failure.relative_gap:.1e} true {failure.true_gap:.1e}"
+            f" share {failure.share_of_target:.1e} claim {failure.claim!r}: {failure.reason}",
+            highlight=False,
+        )
+    hidden = len(report.failures) - MOST_SHOWN
+    if hidden > 0:
+        console.print(f"... and {hidden} more: see --json")
+    for outcome in report.contradictions:
+        console.print(f"CONTRADICTED {outcome.case}: {'; '.join(outcome.contradictions)}")
+
+
+if __name__ == "__main__":
+    main()
