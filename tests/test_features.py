@@ -424,8 +424,9 @@ def test_black_and_uniform_pictures_are_legal(value):
     configuration = FeatureConfiguration()
     view = np.full((60, 80, 3), value, np.uint8)
     blocks = split(extract([view], configuration)[0], configuration)
-    color = blocks["color"].reshape(3, 256)
-    assert np.allclose(color[:, value], 1 / math.sqrt(3), rtol=4 * EPSILON), color[:, value]
+    color = blocks["color"].reshape(3, configuration.color_bins)
+    filled = color[:, value * configuration.color_bins // 256]
+    assert np.allclose(filled, 1 / math.sqrt(3), rtol=4 * EPSILON), filled
     assert np.count_nonzero(color) == 3, np.nonzero(color)
     assert not blocks["hog"].any(), blocks["hog"].max()
     assert abs(np.linalg.norm(blocks["lbp"]) - 1) <= 30 * EPSILON, blocks["lbp"]
