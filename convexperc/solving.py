@@ -9,6 +9,7 @@ from convexperc.arrays import FeatureVector, Vector
 from convexperc.certificate import ABSOLUTE, RELATIVE, Certificate, certify
 from convexperc.enclosure import certify_in_balls, enclose
 from convexperc.errors import SolverError
+from convexperc.objective import residuals
 from convexperc.problem import Problem
 from convexperc.scaling import Scaling
 from convexperc.solution import Candidate, Solution, Timings
@@ -90,12 +91,17 @@ def solve(
 
 def _judge(problem: Problem, scaling: Scaling, candidate: Candidate, tolerances: dict[str, float]) -> _Answer:
     """Certify the candidate, the candidate with its proved zeros at 0, and the zero point; keep the best."""
+    w, u = scaling.point_back(candidate.w, candidate.u)
     dual = None if candidate.dual is None else scaling.dual_back(*candidate.dual)
+    best = _Answer(w, u, certify(problem, w, u, dual=dual, **tolerances))
+    if dual is None:
+        with np.errstate(over="ignore", invalid="ignore"):
+            p, q = residuals(problem, w, u)
+            dual = 2.0 * p, 2.0 * problem.lambda1 * q
 
     def judged(w: Vector, u: FeatureVector) -> _Answer:
         return _Answer(w, u, certify(problem, w, u, dual=dual, **tolerances))
 
-    best = judged(*scaling.point_back(candidate.w, candidate.u))
     point = _with_zeros(problem, best)
     if point is not None:
         sparse = judged(*point)
