@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from convexperc.arrays import FeatureVector, Vector, nonnegative_number, real_array
 from convexperc.duality import DualPoint, Frame, GapTerms, candidates, dual_value, gap_terms
 from convexperc.errors import PointError
-from convexperc.exact import squared_distance
+from convexperc.exact import exact_optimum
 from convexperc.optimum import modality_weight_bound, proved_zeros, view_weight_bound
 from convexperc.problem import Problem
 from convexperc.rounding import (
@@ -230,7 +230,7 @@ def _prove(
     upper = min(point.objective[1], squared_norm(frame.target)[1])
     lower, gap, terms, dual, method = 0.0, point.objective[1], None, None, "F >= 0"
     zeros = np.zeros(point.w.mid.shape, dtype=bool), np.zeros(len(frame.modalities), dtype=bool)
-    exact = _exact_optimum(problem, scaling)
+    exact = _exact_bounds(problem, scaling)
     if exact is not None:
         upper = min(upper, exact[1])
         lower, method = exact[0], "exact least squares over the rationals"
@@ -247,15 +247,12 @@ def _prove(
     return _Proof(min(lower, upper), upper, point.objective, gap, terms, dual, method, *zeros)
 
 
-def _exact_optimum(problem: Problem, scaling: Scaling) -> Bounds | None:
-    """Enclose F* = min_w ||X'w - o||^2 where lambda2 = 0 and lambda1 or lambda3 is 0."""
-    lambda1, lambda2, lambda3 = problem.lambdas
-    if lambda2 > 0.0 or (lambda1 > 0.0 and lambda3 > 0.0):
+def _exact_bounds(problem: Problem, scaling: Scaling) -> Bounds | None:
+    """Enclose the exact optimum of the equality case."""
+    exact = exact_optimum(problem)
+    if exact is None:
         return None
-    squared = squared_distance(problem.X, problem.o)
-    if squared is None:
-        return None
-    value = squared / Fraction(2) ** (2 * scaling.o)
+    value = exact / Fraction(2) ** (2 * scaling.o)
     nearest = float(value)
     return (
         nearest if Fraction(nearest) <= value else max(0.0, down(nearest)),

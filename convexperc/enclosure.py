@@ -13,7 +13,7 @@ import numpy as np
 
 from convexperc.arrays import Vector
 from convexperc.certificate import ABSOLUTE, Certificate
-from convexperc.exact import squared_distance
+from convexperc.exact import exact_optimum
 from convexperc.interior import Central, CentralPath
 from convexperc.multiprecision import BallFrame, Number, Numbers, dot, exact_matrix, precision, times
 from convexperc.problem import Problem
@@ -91,7 +91,7 @@ def _follow(problem: Problem, bits: int, relative_tolerance: float, absolute_tol
     scaling = Scaling.of(problem)
     frame = BallFrame.of(problem, (scaling.x, scaling.o))
     path = CentralPath(frame)
-    exact = _exact_optimum(problem, scaling)
+    exact = _exact_ball(problem, scaling)
     upper, lower, best = frame.target.upper(), flint.arb(0), path.point()
     stalled = 0
     while True:
@@ -115,15 +115,12 @@ def _follow(problem: Problem, bits: int, relative_tolerance: float, absolute_tol
     return Enclosure(*bounds, relative, share, w, u, bits, path.steps)
 
 
-def _exact_optimum(problem: Problem, scaling: Scaling) -> Number | None:
-    """F* where it is a least-squares value, see `convexperc.exact.squared_distance`."""
-    lambda1, lambda2, lambda3 = problem.lambdas
-    if lambda2 > 0.0 or (lambda1 > 0.0 and lambda3 > 0.0):
+def _exact_ball(problem: Problem, scaling: Scaling) -> Number | None:
+    """The exact optimum of the equality case, in the precision in force."""
+    exact = exact_optimum(problem)
+    if exact is None:
         return None
-    value = squared_distance(problem.X, problem.o)
-    if value is None:
-        return None
-    value = value / Fraction(2) ** (2 * scaling.o)
+    value = exact / Fraction(2) ** (2 * scaling.o)
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.arrays import FeatureVector, Matrix, Vector
+from convexperc.problem import Problem
 from convexperc.rounding import Ball
 
 PRIMES = (2**31 - 1, 2**31 - 19, 2**31 - 61)
@@ -100,6 +101,17 @@ def squared_distance(X: Matrix, o: FeatureVector) -> Fraction | None:
     is verified by X_j r = 0 for the exact residual r.
     """
     return next((found for basis in _bases(X) if (found := _distance(X, o, basis)) is not None), None)
+
+
+def exact_optimum(problem: Problem) -> Fraction | None:
+    """F* as an exact rational where lambda2 = 0 and lambda1 or lambda3 is 0: then it is a squared distance.
+
+    None in every other case, and beyond `WORK_LIMIT`.
+    """
+    lambda1, lambda2, lambda3 = problem.lambdas
+    if lambda2 > 0.0 or (lambda1 > 0.0 and lambda3 > 0.0):
+        return None
+    return squared_distance(problem.X, problem.o)
 
 
 def into_left_null_space(X: Matrix, b: Vector) -> Ball | None:

@@ -227,7 +227,7 @@ MUTANTS: dict[str, Patch] = {
     "zeros proved with no gap": replaced(
         certificate, "proved_zeros", lambda frame, point, gap: optimum.proved_zeros(frame, point, 0.0)
     ),
-    "least squares off by a bit": wrapped(certificate, "squared_distance", lambda x: x and x * (1 + 2**-40)),
+    "least squares off by a bit": wrapped(certificate, "exact_optimum", lambda x: x and x * (1 + 2**-40)),
 }
 
 
