@@ -300,6 +300,7 @@ def test_a_fault_of_the_program_is_70_with_its_traceback(answered):
 def test_an_interruption_is_130_without_a_traceback(answered):
     code = (
         "import convexperc.problem_files, os, signal\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job starts without it\n"
         "convexperc.problem_files.read_problem = lambda path: os.kill(os.getpid(), signal.SIGINT)"
     )
     done = child(code, "solve", answered[0])
