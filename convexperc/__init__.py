@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from convexperc.recognition import Recognition, Verdict, recognize
     from convexperc.solution import Solution, Status
     from convexperc.solvers.conic import Conic
+    from convexperc.solvers.newton import Newton
     from convexperc.solvers.qp import Quadratic
     from convexperc.solving import solve
 
@@ -31,6 +32,7 @@ _HOMES = {
     "Enclosure": "enclosure",
     "FeatureConfiguration": "features",
     "Modalities": "modalities",
+    "Newton": "solvers.newton",
     "Problem": "problem",
     "Quadratic": "solvers.qp",
     "Recognition": "recognition",
@@ -56,6 +58,7 @@ __all__ = [
     "Enclosure",
     "FeatureConfiguration",
     "Modalities",
+    "Newton",
     "Problem",
     "Quadratic",
     "Recognition",

@@ -21,10 +21,12 @@ from convexperc import tables
 from convexperc.errors import ConvexpercError, InputError, MissingExtraError
 
 if TYPE_CHECKING:
-    from convexperc import certificate, optimality, perception, picture, problem_files, records, solving
+    from convexperc import certificate, optimality, perception, picture, problem_files, proof_file, records
+    from convexperc import solving
     from convexperc.features import configuration as features
     from convexperc.perception import Named
-    from convexperc.solvers import conic, qp
+    from convexperc.solvers import conic, newton, qp
+    from convexperc.solvers.interface import Solver
 else:
 
     class _Later:
@@ -39,6 +41,7 @@ else:
     certificate, optimality, perception = _Later("certificate"), _Later("optimality"), _Later("perception")
     picture, problem_files, records = _Later("picture"), _Later("problem_files"), _Later("records")
     solving, conic, qp = _Later("solving"), _Later("solvers.conic"), _Later("solvers.qp")
+    newton, proof_file = _Later("solvers.newton"), _Later("proof_file")
     features = _Later("features.configuration")
 
 CERTIFIED, NOT_CERTIFIED, MISUSE, INTERRUPTED = 0, 1, 2, 130
@@ -61,6 +64,7 @@ class SolverName(StrEnum):
     """Which solver answers; the certificate judges either."""
 
     CONIC = "conic"
+    NEWTON = "newton"
     QP = "qp"
 
 
@@ -165,25 +169,43 @@ def recognize(
     return recognition.certified and recognition.label is not None
 
 
+def _solver(name: SolverName) -> "Solver":
+    """The solver of that name, imported only now."""
+    if name is SolverName.NEWTON:
+        return newton.Newton()
+    return qp.Quadratic() if name is SolverName.QP else conic.Conic()
+
+
 @app.command(epilog=EPILOG)
 @_exits
 def solve(
     problem: Problem,
     solver: Annotated[
-        SolverName, typer.Option(help="conic: any problem. qp: lambda3 = 0 or one-column modalities.")
+        SolverName,
+        typer.Option(help="conic, newton: any problem. qp: lambda3 = 0 or one-column modalities."),
     ] = SolverName.CONIC,
+    escalate: Annotated[
+        bool, typer.Option(help="Use ball arithmetic where the solver's answer is not certified.")
+    ] = True,
     json: Json = None,
+    proof: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a proof that anybody can check (JSON).")
+    ] = None,
 ) -> bool:
     """Solve a problem file and certify the answer."""
     with _progress():
-        if json is not None:
-            records.check_place(json)
+        for file in (json, proof):
+            if file is not None:
+                records.check_place(file)
         asked = problem_files.read_problem(problem)
         if solver is SolverName.QP and not qp.is_quadratic(asked.problem):
             raise typer.BadParameter("qp needs lambda3 = 0 or one-column modalities; use --solver conic")
-        solution = solving.solve(asked.problem, qp.Quadratic() if solver is SolverName.QP else conic.Conic())
+        solution = solving.solve(asked.problem, _solver(solver), escalate=escalate)
+        proved = None if proof is None else proof_file.proof_record(solution)
     if json is not None:
         _write(json, records.solution_record(solution), asked.id)
+    if proof is not None and proved is not None:
+        _write(proof, proved)
     out = tables.console()
     found = solution.certificate
     out.print(tables.problem_line(asked.problem, asked.id))

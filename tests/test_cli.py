@@ -241,7 +241,8 @@ def test_a_solver_that_gives_up_certifies_nothing(answered, monkeypatch):
         raise SolverError("Clarabel", value="no point", must="must return a point")
 
     monkeypatch.setattr(convexperc.solvers.conic.Conic, "candidate", give_up)
-    assert "no point" in expect(1, run("solve", answered[0])).stderr
+    assert "no point" in expect(1, run("solve", answered[0], "--no-escalate")).stderr
+    assert "failed: no point" in expect(0, run("solve", answered[0])).stdout
 
 
 def test_a_poor_answer_of_a_confident_solver_is_exit_1(answered, monkeypatch):
@@ -249,9 +250,14 @@ def test_a_poor_answer_of_a_confident_solver_is_exit_1(answered, monkeypatch):
         return Candidate(np.ones(problem.n), np.ones(problem.d), "optimal, honestly", 1)
 
     monkeypatch.setattr(convexperc.solvers.conic.Conic, "candidate", guess)
-    result = expect(1, run("solve", answered[0]))
+    result = expect(1, run("solve", answered[0], "--no-escalate"))
     assert "status   NOT CERTIFIED" in result.stdout, result.stdout
     assert "its own word, not relied on: optimal, honestly" in result.stdout, result.stdout
+    assert "ball arithmetic" in expect(0, run("solve", answered[0])).stdout
+
+
+def test_the_newton_method_can_be_named(answered):
+    assert "newton" in expect(0, run("solve", answered[0], "--solver", "newton")).stdout
 
 
 def test_the_sample_is_recognised_with_a_proof():

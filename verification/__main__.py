@@ -2,6 +2,7 @@
 
 import json
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -46,6 +47,9 @@ def campaign(
     referee: Annotated[
         int, typer.Option(min=0, help="Exact referee on every k-th certified answer; 0: none.")
     ] = 20,
+    escalate: Annotated[
+        bool, typer.Option(help="Use ball arithmetic where the solver's answer is not certified.")
+    ] = False,
     json_file: File = None,
     jobs: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
 ) -> None:
@@ -57,7 +61,8 @@ def campaign(
         raise typer.BadParameter("at least one problem is needed: a run that checks nothing proves nothing")
     with Progress(console=_console(), transient=True) as bar:
         task = bar.add_task("problems", total=len(chosen))
-        report = run(chosen, referee_every=referee, jobs=jobs, progress=lambda done: bar.advance(task, done))
+        step = partial(bar.advance, task)
+        report = run(chosen, escalate=escalate, referee_every=referee, jobs=jobs, progress=step)
     _write(json_file, report.as_json())
     _show(report)
     raise typer.Exit(0 if report.clean else 1)
@@ -118,9 +123,12 @@ def _cells(row: "Row") -> list[str]:
 
 
 def _show(report: "Report") -> None:
-    console, grid = _console(), Grid("family", "problems", "certified", "refereed", "proofs contradicted")
+    console, grid = (
+        _console(),
+        Grid("family", "problems", "certified", "enclosed", "refereed", "proofs contradicted"),
+    )
     for tally in report.tallies():
-        numbers = (tally.total, tally.certified, tally.refereed, tally.contradicted)
+        numbers = (tally.total, tally.certified, tally.enclosed, tally.refereed, tally.contradicted)
         grid.add_row(tally.family, *map(str, numbers))
     console.print(grid)
     for reason, count in report.reasons().items():

@@ -87,6 +87,7 @@ class Outcome:
 
     case: Case
     certified: bool
+    enclosed: bool = False
     failure: Failure | None = None
     refereed: bool = False
     loose: bool = False
@@ -100,6 +101,7 @@ class Tally:
     family: str
     total: int
     certified: int
+    enclosed: int
     refereed: int
     contradicted: int
 
@@ -112,7 +114,7 @@ class Report:
 
     @property
     def failures(self) -> list[Failure]:
-        """Every problem that was not certified."""
+        """Every problem with neither a certified answer nor (with escalation) an enclosed optimum."""
         return [outcome.failure for outcome in self.outcomes if outcome.failure]
 
     @property
@@ -127,15 +129,17 @@ class Report:
 
     def tallies(self) -> list[Tally]:
         """Counts by family, in the order of their first case."""
-        total, certified, refereed, contradicted = Counter(), Counter(), Counter(), Counter()  # type: ignore[var-annotated]
+        total, certified, enclosed, refereed, contradicted = (Counter[str]() for _ in range(5))
         for outcome in self.outcomes:
             name = outcome.case.family
             total[name] += 1
             certified[name] += outcome.certified
+            enclosed[name] += outcome.enclosed
             refereed[name] += outcome.refereed
             contradicted[name] += bool(outcome.contradictions)
         return [
-            Tally(name, total[name], certified[name], refereed[name], contradicted[name]) for name in total
+            Tally(name, total[name], certified[name], enclosed[name], refereed[name], contradicted[name])
+            for name in total
         ]
 
     def reasons(self) -> dict[str, int]:
@@ -167,6 +171,7 @@ def run(
     chosen: Sequence[Case],
     *,
     solver: Solver | None = None,
+    escalate: bool = False,
     referee_every: int = 0,
     jobs: int = 1,
     progress: Callable[[int], None] = lambda done: None,
@@ -178,6 +183,9 @@ def run(
     chosen : sequence of Case
     solver : Solver or None
         None is the reference, CVXPY + Clarabel.
+    escalate : bool
+        Answer by ball arithmetic where the solver's answer is not certified; an enclosed optimum then is
+        no failure.
     referee_every : int
         Of each family, every how many cases the exact referee also judges a certified answer; 0 for
         never. It judges every answer that is not certified.
@@ -191,7 +199,9 @@ def run(
     Report
     """
     solver = solver or Conic()
-    work = [(case, solver, bool(referee_every) and case.index % referee_every == 0) for case in chosen]
+    work = [
+        (case, solver, escalate, bool(referee_every) and case.index % referee_every == 0) for case in chosen
+    ]
     report = Report()
     for outcome in _outcomes(work, jobs):
         report.outcomes.append(outcome)
@@ -199,7 +209,7 @@ def run(
     return report
 
 
-def _outcomes(work: list[tuple[Case, Solver, bool]], jobs: int) -> Iterator[Outcome]:
+def _outcomes(work: list[tuple[Case, Solver, bool, bool]], jobs: int) -> Iterator[Outcome]:
     if jobs == 1:
         yield from map(_judge, work)
         return
@@ -207,23 +217,25 @@ def _outcomes(work: list[tuple[Case, Solver, bool]], jobs: int) -> Iterator[Outc
         yield from pool.map(_judge, work, chunksize=CHUNK)
 
 
-def _judge(item: tuple[Case, Solver, bool]) -> Outcome:
-    case, solver, referee = item
+def _judge(item: tuple[Case, Solver, bool, bool]) -> Outcome:
+    case, solver, escalate, referee = item
     problem = case.problem()
     try:
-        solution = solve(problem, solver)
+        solution = solve(problem, solver, escalate=escalate)
     except SolverError as error:
-        return Outcome(case, False, _failure(case, problem, None, str(error.value), Reason.NO_ANSWER))
+        without = _failure(case, problem, None, str(error.value), Reason.NO_ANSWER)
+        return Outcome(case, certified=False, failure=without)
     certified = solution.status is Status.CERTIFIED
-    if certified and not referee:
-        return Outcome(case, True)
+    enclosed = escalate and solution.status is Status.ENCLOSED
+    if (certified or enclosed) and not referee:
+        return Outcome(case, certified, enclosed)
     truth = optimum(problem)
     false = tuple(violations(problem, solution.w, solution.u, solution.certificate, truth))
     failure = None
-    if not certified:
+    if not (certified or enclosed):
         reason, true_gap = _reason(solution, truth)
         failure = _failure(case, problem, solution, solution.claim, reason, true_gap)
-    return Outcome(case, certified, failure, True, not truth.tight, false)
+    return Outcome(case, certified, enclosed, failure, True, not truth.tight, false)
 
 
 def _reason(solution: Solution, truth: Optimum) -> tuple[Reason, float]:

@@ -150,7 +150,7 @@ def table(
 
 def _certified(problem: Problem, reference: Conic) -> Certificate | None:
     try:
-        solution = solve(problem, reference)
+        solution = solve(problem, reference, escalate=True)
     except SolverError:
         return None
-    return solution.certificate if solution.status is Status.CERTIFIED else None
+    return None if solution.status is Status.NOT_CERTIFIED else solution.certificate

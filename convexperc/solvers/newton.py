@@ -1,0 +1,157 @@
+"""Proximal Newton on the reduced problem, all templates of a frame at once; a lasso where a lambda is 0."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from convexperc.arrays import Matrix, Vector
+from convexperc.problem import Problem
+from convexperc.reduction import Reduction
+from convexperc.solution import Candidate
+from convexperc.solvers.newton_kernel import Answers, solve_batch
+from convexperc.solvers.quadratic import Model, minimise
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where to begin: the (w, t) of earlier answers, one row a template.
+
+    Attributes
+    ----------
+    W : float64 (p, n)
+    T : float64 (p, m)
+        t_i = 2 ||u^i|| / lambda3.
+    """
+
+    W: Float[np.ndarray, "p n"]
+    T: Float[np.ndarray, "p m"]
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """The answers to all templates of one frame, normalised, before anybody has judged them.
+
+    Attributes
+    ----------
+    W : float64 (p, n)
+    T : float64 (p, m)
+        u_j^i = T_ji X_i' Q_j.
+    Q : float64 (p, n)
+        The dual points are a = 2(X'w - o), b = -2 Q_j.
+    iterations : int (p,)
+    """
+
+    W: Float[np.ndarray, "p n"]
+    T: Float[np.ndarray, "p m"]
+    Q: Float[np.ndarray, "p n"]
+    iterations: np.ndarray
+
+    def start(self) -> Start:
+        """A start for the next frame, or for the next lambda."""
+        return Start(self.W, self.T)
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Proximal Newton in (w, t); see `convexperc.reduction` for the form and `newton_kernel` for the loop.
+
+    Attributes
+    ----------
+    tolerance : float
+        Relative duality gap at which a template is done, as seen from the reduced data.
+    max_iterations : int
+    """
+
+    tolerance: float = 1e-11
+    max_iterations: int = 80
+
+    @property
+    def name(self) -> str:
+        """Short name, for reports."""
+        return "newton"
+
+    def candidate(self, problem: Problem) -> Candidate:
+        """Answer one normalised problem."""
+        reduction = Reduction.of(problem.X, problem.modalities)
+        if problem.lambda1 == 0.0 or problem.lambda3 == 0.0:
+            return self._uncoupled(problem, reduction)
+        c, target = problem.X @ problem.o, float(problem.o @ problem.o)
+        lambdas = np.array([problem.lambdas])
+        batch = self.batch(reduction, c[None, :], np.array([target]), lambdas)
+        w, q = batch.W[0], batch.Q[0]
+        u = reduction.recover(batch.T[0], q)
+        dual = 2.0 * (problem.X.T @ w - problem.o), -2.0 * q
+        return Candidate(w, u, "stopped", int(batch.iterations[0]), dual)
+
+    def batch(
+        self,
+        reduction: Reduction,
+        C: Float[np.ndarray, "p n"],
+        targets: Float[np.ndarray, " p"],
+        lambdas: Float[np.ndarray, "p 3"],
+        start: Start | None = None,
+    ) -> Batch:
+        """Answer all templates of a frame; lambda1, lambda3 > 0.
+
+        Parameters
+        ----------
+        reduction : Reduction
+        C : float64 (p, n)
+            Row j is X o_j.
+        targets : float64 (p,)
+            ||o_j||^2.
+        lambdas : float64 (p, 3)
+        start : Start, optional
+            Cold without; then the t of one template starts the next.
+
+        Returns
+        -------
+        Batch
+        """
+        p, n = C.shape
+        m = len(reduction.K)
+        W = np.zeros((p, n)) if start is None else np.array(start.W, dtype=np.float64)
+        T = np.zeros((p, m)) if start is None else np.array(start.T, dtype=np.float64)
+        answers = Answers(W, T, np.zeros((p, n)), np.zeros(p, dtype=np.int64), np.zeros((p, 2)))
+        solve_batch(
+            reduction.G, reduction.K, np.ascontiguousarray(C), targets, lambdas, answers,
+            self.tolerance, self.max_iterations, start is not None,
+        )  # fmt: skip
+        return Batch(W, T, answers.Q, answers.iterations)
+
+    def _uncoupled(self, problem: Problem, reduction: Reduction) -> Candidate:
+        """lambda1 = 0 (then u = 0) or lambda3 = 0 (then Xu is the projection of w): a lasso in w."""
+        X, o = problem.X, problem.o
+        basis = _range_basis(X)
+        if problem.lambda2 == 0.0:
+            w = np.linalg.lstsq(X.T, o, rcond=None)[0]
+        else:
+            quadratic = reduction.G
+            if problem.lambda1 > 0.0:
+                quadratic = quadratic + problem.lambda1 * (np.eye(problem.n) - basis @ basis.T)
+            w = _lasso(quadratic, X @ o, problem.lambda2)
+        u, b = np.zeros(problem.d), np.zeros(problem.n)
+        if problem.lambda1 > 0.0:
+            u = np.linalg.lstsq(X, w, rcond=None)[0]
+            b = -2.0 * problem.lambda1 * (w - basis @ (basis.T @ w))
+        return Candidate(w, u, "stopped", 1, (2.0 * (X.T @ w - o), b))
+
+
+def _range_basis(X: Matrix) -> Float[np.ndarray, "n r"]:
+    """Orthonormal basis of the range of X, up to float64's idea of its rank."""
+    left, values, _ = np.linalg.svd(X, full_matrices=False)
+    rank = int((values > values[0] * max(X.shape) * np.finfo(np.float64).eps).sum()) if values[0] > 0.0 else 0
+    return np.asarray(left[:, :rank])
+
+
+def _lasso(quadratic: Float[np.ndarray, "n n"], c: Vector, weight: float) -> Vector:
+    """Minimise w'Qw - 2 c'w + weight ||w||_1."""
+    n = c.size
+    model = Model(
+        np.ascontiguousarray(2.0 * quadratic), -2.0 * c, np.zeros(n), np.zeros(n), np.empty(n),
+        np.empty(n * n), np.zeros(n, dtype=np.int64), np.empty(n, dtype=np.int64),
+        np.zeros(8, dtype=np.int32),
+    )  # fmt: skip
+    minimise(model, weight, 0.0, n, n)
+    return model.z
