@@ -106,6 +106,8 @@ def _judge(problem: Problem, scaling: Scaling, candidate: Candidate, tolerances:
     if point is not None:
         sparse = judged(*point)
         best = sparse if sparse.certificate.certified or sparse.better_than(best) else best
+    if best.certificate.certified and best.w.any():
+        return best
     zero = judged(np.zeros(problem.n), np.zeros(problem.d))
     return zero if zero.better_than(best) else best
 
