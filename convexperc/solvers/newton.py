@@ -151,7 +151,7 @@ def _lasso(quadratic: Float[np.ndarray, "n n"], c: Vector, weight: float) -> Vec
     model = Model(
         np.ascontiguousarray(2.0 * quadratic), -2.0 * c, np.zeros(n), np.zeros(n), np.empty(n),
         np.empty(n * n), np.zeros(n, dtype=np.int64), np.empty(n, dtype=np.int64),
-        np.zeros(8, dtype=np.int32),
+        np.zeros(8, dtype=np.int32), np.array([1.0, 0.0]),
     )  # fmt: skip
     minimise(model, weight, 0.0, n, n)
     return model.z

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from convexperc.solvers.lapack import cholesky, cholesky_solve
+from convexperc.solvers.lapack import cholesky, cholesky_inverse, cholesky_solve, copy, inner, symmetric_times
 from convexperc.solvers.quadratic import Model, minimise
 
 NOISE = 4e-15
@@ -73,13 +73,18 @@ def new_point(n, m):
 @njit(cache=True)
 def copy_point(source, target):
     """Copy every number."""
-    target.w[:], target.t[:], target.q[:] = source.w, source.t, source.q
-    target.Kq[:], target.r[:], target.Gw[:] = source.Kq, source.r, source.Gw
+    copy(source.w, target.w)
+    copy(source.t, target.t)
+    copy(source.q, target.q)
+    copy(source.r, target.r)
+    copy(source.Gw, target.Gw)
+    for i in range(source.t.size):
+        copy(source.Kq[i], target.Kq[i])
 
 
 @no_type_check
 @njit(cache=True)
-def evaluate(data, point, S, work):
+def evaluate(data, point, S, model):
     """Factor S(t) and fill in what follows from (w, t); false where S is not positive definite."""
     n, m = point.w.size, point.t.size
     for a in range(n):
@@ -91,14 +96,14 @@ def evaluate(data, point, S, work):
             for a in range(n):
                 for b in range(n):
                     S[a, b] += point.t[i] * data.K[i, a, b]
-    if cholesky(S, n, n, work) != 0:
+    if cholesky(S, n, n, model.work) != 0:
         return False
-    point.q[:] = point.w
-    cholesky_solve(S, n, n, point.q, 1, n, work)
+    copy(point.w, point.q)
+    cholesky_solve(S, n, n, point.q, 1, n, model.work)
     for i in range(m):
-        point.Kq[i, :] = np.dot(data.K[i], point.q)
-        point.r[i] = np.sqrt(max(0.0, np.dot(point.q, point.Kq[i])))
-    point.Gw[:] = np.dot(data.G, point.w)
+        symmetric_times(data.K[i], n, point.q, point.Kq[i], model.work, model.scalars)
+        point.r[i] = np.sqrt(max(0.0, inner(point.q, point.Kq[i])))
+    symmetric_times(data.G, n, point.w, point.Gw, model.work, model.scalars)
     return True
 
 
@@ -147,26 +152,25 @@ def gap(data, point):
 
 @no_type_check
 @njit(cache=True)
-def hessian(data, point, S, M, H, work):
+def hessian(data, point, S, M, model):
     """The Hessian of the smooth part, from the factor of S, with a ridge of the size of rounding."""
-    n, m = point.w.size, point.t.size
-    M[:, :] = 0.0
+    n, m, H = point.w.size, point.t.size, model.H
     for a in range(n):
-        M[a, a] = 1.0
-    for i in range(m):
-        M[n + i, :] = point.Kq[i]
-    cholesky_solve(S, n, n, M, n + m, n, work)
+        copy(S[a], M[a])
+    cholesky_inverse(M[:n], n, model.work)
     for a in range(n):
         for b in range(n):
-            H[a, b] = 2.0 * data.G[a, b] + M[a, b] + M[b, a]
+            H[a, b] = 2.0 * (data.G[a, b] + M[a, b])
         H[a, a] *= 1.0 + 1e-15
     largest = 0.0
     for i in range(m):
+        symmetric_times(M, n, point.Kq[i], M[n + i], model.work, model.scalars)
         for a in range(n):
             H[a, n + i] = -2.0 * M[n + i, a]
             H[n + i, a] = H[a, n + i]
+    for i in range(m):
         for k in range(m):
-            H[n + i, n + k] = 2.0 * np.dot(point.Kq[i], M[n + k])
+            H[n + i, n + k] = 2.0 * inner(point.Kq[i], M[n + k])
         largest = max(largest, H[n + i, n + i])
     for i in range(m):
         H[n + i, n + i] += 1e-14 * largest + 1e-300
@@ -178,7 +182,8 @@ def pose(data, point, model, step):
     """Set h of the model z'Hz/2 + h'z, and its start, for one of the three steps."""
     n, m = point.w.size, point.t.size
     half = 0.5 * data.lambda3
-    model.start[:n], model.start[n:] = point.w, point.t
+    copy(point.w, model.start[:n])
+    copy(point.t, model.start[n:])
     for k in range(n + m):
         if k < n:
             pull = 2.0 * (point.Gw[k] - data.c[k] + point.q[k])
@@ -197,6 +202,14 @@ def pose(data, point, model, step):
 
 @no_type_check
 @njit(cache=True)
+def between(start, end, share, result):
+    """The point at `share` of the way; exactly `end` at 1, so that zeros stay zeros."""
+    for k in range(start.size):
+        result[k] = end[k] if share == 1.0 else start[k] + share * (end[k] - start[k])
+
+
+@no_type_check
+@njit(cache=True)
 def descend_once(data, point, trial, height, model, S, first):
     """Minimise the model and step there; returns the new height, or infinity where no step descends."""
     n, m = point.w.size, point.t.size
@@ -207,15 +220,12 @@ def descend_once(data, point, trial, height, model, S, first):
         pose(data, point, model, step)
         minimise(model, data.lambda2, slack, n, n if step == HELD else n + m)
         if step == HELD:
-            model.z[n:] = point.t
+            copy(point.t, model.z[n:])
         share = 1.0
         for _ in range(12 if step == PLAIN else 1):
-            if share == 1.0:
-                trial.w[:], trial.t[:] = model.z[:n], model.z[n:]
-            else:
-                trial.w[:] = point.w + share * (model.z[:n] - point.w)
-                trial.t[:] = point.t + share * (model.z[n:] - point.t)
-            if evaluate(data, trial, S, model.work):
+            between(point.w, model.z[:n], share, trial.w)
+            between(point.t, model.z[n:], share, trial.t)
+            if evaluate(data, trial, S, model):
                 reached = merit(data, trial)
                 if reached <= height + NOISE * data.target:
                     return reached
@@ -229,7 +239,7 @@ def solve_one(data, point, trial, best, model, S, M, tolerance, limit):
     """One template from the start in `point`; the answer is left in `best`. Returns iterations, F and gap."""
     best_F = best_gap = np.inf
     copy_point(point, best)
-    if not evaluate(data, point, S, model.work):
+    if not evaluate(data, point, S, model):
         return 0, best_F, best_gap
     height, stalled, iteration = merit(data, point), 0, 0
     while True:
@@ -242,7 +252,7 @@ def solve_one(data, point, trial, best, model, S, M, tolerance, limit):
             break
         if iteration == limit or stalled > PATIENCE:
             break
-        hessian(data, point, S, M, model.H, model.work)
+        hessian(data, point, S, M, model)
         reached = descend_once(data, point, trial, height, model, S, iteration == 0)
         iteration += 1
         if reached == np.inf:
@@ -254,20 +264,19 @@ def solve_one(data, point, trial, best, model, S, M, tolerance, limit):
 
 @no_type_check
 @njit(cache=True)
-def cold_start(data, point):
+def cold_start(data, point, A, model):
     """The w of the ridge problem, and the t at which each modality alone would satisfy its equation."""
     n, m = point.w.size, point.t.size
-    A, work = data.G.copy(), np.zeros(8, np.int32)
     for a in range(n):
+        copy(data.G[a], A[a])
         A[a, a] = A[a, a] * (1.0 + 1e-12) + data.lambda1 + 1e-300
-    point.w[:] = data.c
-    if cholesky(A, n, n, work) == 0:
-        cholesky_solve(A, n, n, point.w, 1, n, work)
-    else:
-        point.w[:] = 0.0
-    ww = np.dot(point.w, point.w)
+    copy(data.c, point.w)
+    if cholesky(A, n, n, model.work) == 0:
+        cholesky_solve(A, n, n, point.w, 1, n, model.work)
+    ww = inner(point.w, point.w)
     for i in range(m):
-        square = np.dot(point.w, np.dot(data.K[i], point.w))
+        symmetric_times(data.K[i], n, point.w, point.q, model.work, model.scalars)
+        square = inner(point.w, point.q)
         point.t[i] = 0.0
         if square > 0.0:
             alone = (2.0 * np.sqrt(square) / data.lambda3 - 1.0 / data.lambda1) * ww / square
@@ -286,20 +295,23 @@ def solve_batch(G, K, C, targets, lambdas, answers, tolerance, limit, warm):
     N = n + m
     model = Model(
         np.empty((N, N)), np.empty(N), np.empty(N), np.empty(N), np.empty(N), np.empty(N * N),
-        np.zeros(N, np.int64), np.empty(N, np.int64), np.zeros(8, np.int32),
+        np.zeros(N, np.int64), np.empty(N, np.int64), np.zeros(8, np.int32), np.array([1.0, 0.0]),
     )  # fmt: skip
     S, M, last = np.empty((n, n)), np.empty((N, n)), np.zeros(m)
     point, trial, best = new_point(n, m), new_point(n, m), new_point(n, m)
     for j in range(p):
         data = Data(G, K, C[j], targets[j], lambdas[j, 0], lambdas[j, 1], lambdas[j, 2])
         if warm:
-            point.w[:], point.t[:] = answers.W[j], answers.T[j]
+            copy(answers.W[j], point.w)
+            copy(answers.T[j], point.t)
         else:
-            cold_start(data, point)
+            cold_start(data, point, S, model)
             if last.max() > 0.0:
-                point.t[:] = last
+                copy(last, point.t)
         count, F, excess = solve_one(data, point, trial, best, model, S, M, tolerance, limit)
         answers.iterations[j], answers.gaps[j, 0], answers.gaps[j, 1] = count, F, excess
-        answers.W[j], answers.T[j], answers.Q[j] = best.w, best.t, best.q
+        copy(best.w, answers.W[j])
+        copy(best.t, answers.T[j])
+        copy(best.q, answers.Q[j])
         if best.t.max() > 0.0:
-            last[:] = best.t
+            copy(best.t, last)

@@ -32,6 +32,7 @@ class Model(NamedTuple):
     sign: NDArray[np.int64]
     order: NDArray[np.int64]
     work: NDArray[np.int32]
+    scalars: Floats
 
 
 @no_type_check
@@ -122,13 +123,16 @@ def sweep(model, weight, n, N):
 @njit(cache=True)
 def minimise(model, weight, slack, n, N):
     """Minimise over the first N unknowns, from `start`; coordinate descent where active sets cycle."""
-    model.z[:N] = model.start[:N]
+    for k in range(N):
+        model.z[k] = model.start[k]
     if active_set(model, weight, slack, n, N):
         return
     for _ in range(ROUNDS):
         for _ in range(SWEEPS):
             sweep(model, weight, n, N)
-        model.z[:N] = model.start[:N]
+        for k in range(N):
+            model.z[k] = model.start[k]
         if active_set(model, weight, slack, n, N):
             return
-    model.z[:N] = model.start[:N]
+    for k in range(N):
+        model.z[k] = model.start[k]
