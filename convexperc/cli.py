@@ -21,8 +21,16 @@ from convexperc import tables
 from convexperc.errors import ConvexpercError, InputError, MissingExtraError
 
 if TYPE_CHECKING:
-    from convexperc import certificate, optimality, perception, picture, problem_files, proof_file, records
-    from convexperc import solving
+    from convexperc import (
+        certificate,
+        optimality,
+        perception,
+        picture,
+        problem_files,
+        proof_file,
+        records,
+        solving,
+    )
     from convexperc.features import configuration as features
     from convexperc.perception import Named
     from convexperc.solvers import conic, newton, qp

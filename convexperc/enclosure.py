@@ -12,6 +12,7 @@ import flint
 import numpy as np
 
 from convexperc.arrays import Vector
+from convexperc.ball_duality import dual_value, objective_at, primal_value
 from convexperc.certificate import ABSOLUTE, Certificate
 from convexperc.exact import exact_optimum
 from convexperc.interior import Central, CentralPath
@@ -70,16 +71,28 @@ def enclose(
     Enclosure
         Its widths say what was reached.
     """
-    best: Enclosure | None = None
+    best = _trivial(problem)
     for bits in BITS:
-        with precision(bits):
-            found = _follow(problem, bits, relative_tolerance, absolute_tolerance)
-        if best is None or found.share_of_target < best.share_of_target:
+        try:
+            with precision(bits):
+                found = _follow(problem, bits, relative_tolerance, absolute_tolerance)
+        except ZeroDivisionError:  # a matrix that is singular in this precision
+            continue
+        if best.steps == 0 or found.share_of_target < best.share_of_target:
             best = found
         if _narrow(best.relative_width, best.share_of_target, relative_tolerance, absolute_tolerance):
             break
-    assert best is not None
     return best
+
+
+def _trivial(problem: Problem) -> Enclosure:
+    """0 <= F* <= ||o||^2, which w = u = 0 attains."""
+    with precision(BITS[0]):
+        o = [flint.arb(float(v)) for v in problem.o]
+        upper = _up(dot(o, o))
+    zero = np.zeros(problem.n), np.zeros(problem.d)
+    share = 1.0 if upper > 0.0 else 0.0
+    return Enclosure(0.0, upper, math.inf if share else 0.0, share, *zero, BITS[0], 0)
 
 
 def _narrow(relative: float, share: float, relative_tolerance: float, absolute_tolerance: float) -> bool:
@@ -97,7 +110,7 @@ def _follow(problem: Problem, bits: int, relative_tolerance: float, absolute_tol
     while True:
         path.advance()
         point = path.point()
-        high, low = _primal(frame, point).upper(), _dual(frame, point).lower()
+        high, low = primal_value(frame, point).upper(), dual_value(frame, point).lower()
         if exact is not None:
             high, low = exact.upper(), exact.lower()
         narrower = high < upper or low > lower
@@ -122,74 +135,6 @@ def _exact_ball(problem: Problem, scaling: Scaling) -> Number | None:
         return None
     value = exact / Fraction(2) ** (2 * scaling.o)
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
-
-
-def _primal(frame: BallFrame, point: Central) -> Number:
-    """F at w and u^i = t_i X_i' q; with lambda3 = 0 at the u for which Xu is the projection of w."""
-    lambda1, lambda2, lambda3 = frame.lambdas
-    w, q = point.w, point.q
-    total = dot(w, times(frame.G, w)) - 2 * dot(frame.c, w) + frame.target
-    total += lambda2 * sum((abs(v) for v in w), flint.arb(0))
-    if lambda1 == 0 or (lambda3 == 0 and frame.null is None):
-        return total
-    if lambda3 == 0:
-        return total + lambda1 * _projection_length(frame, w)
-    residual = [-v for v in w]
-    for weight, gram in zip(point.t, frame.K, strict=True):
-        pull = times(gram, q)
-        residual = [r + weight * v for r, v in zip(residual, pull, strict=True)]
-        total += lambda3 * weight * dot(q, pull).nonnegative_part().sqrt()
-    return total + lambda1 * dot(residual, residual)
-
-
-def _projection_length(frame: BallFrame, w: Numbers) -> Number:
-    """||N w||^2 for the orthogonal projection N onto {X'b = 0}."""
-    pulled = times(frame.null.transpose(), w)
-    gram = frame.null.transpose() * frame.null
-    return dot(pulled, times(gram.inv(), pulled))
-
-
-def _dual(frame: BallFrame, point: Central) -> Number:
-    """D at a = 2(X'w - o) and b, scaled into the feasible set by proof; see `convexperc.duality`."""
-    lambda1, lambda2, lambda3 = frame.lambdas
-    w = point.w
-    Gw = times(frame.G, w)
-    Xa = [2 * (g - c) for g, c in zip(Gw, frame.c, strict=True)]
-    b = _dual_coupling(frame, point, Xa)
-    scale = flint.arb(1)
-    for pull, value in zip(Xa, b, strict=True):
-        scale = _limited(scale, lambda2, abs(pull - value)) if lambda2 > 0 or lambda1 == 0 else scale
-    if lambda3 > 0:
-        for gram in frame.K:
-            scale = _limited(scale, lambda3, dot(b, times(gram, b)).nonnegative_part().sqrt())
-    linear = 2 * (frame.target - dot(frame.c, w))
-    quadratic = dot(w, Gw) - 2 * dot(frame.c, w) + frame.target
-    if lambda1 > 0:
-        quadratic += dot(b, b) / (4 * lambda1)
-    return scale * linear - scale * scale * quadratic
-
-
-def _dual_coupling(frame: BallFrame, point: Central, Xa: Numbers) -> Numbers:
-    """b: Xa itself where lambda2 = 0, else 0, a null vector, or -2q."""
-    lambda1, lambda2, lambda3 = frame.lambdas
-    if lambda1 == 0 or (lambda3 == 0 and frame.null is None):
-        return [flint.arb(0)] * frame.n
-    if lambda3 == 0:
-        gram = frame.null.transpose() * frame.null
-        inside = times(gram.inv(), times(frame.null.transpose(), point.w))
-        inside = [(-2 * lambda1 * v).mid() for v in inside]
-        return times(frame.null, inside)
-    if lambda2 == 0:
-        return Xa
-    return [-2 * v for v in point.q]
-
-
-def _limited(scale: Number, limit: Number, norm: Number) -> Number:
-    """The scale, lowered until scale * norm <= limit for sure."""
-    top = norm.upper()
-    if not top > 0 or scale * top <= limit:
-        return scale
-    return (limit / top).lower()
 
 
 def _floats(
@@ -289,17 +234,3 @@ def certify_in_balls(problem: Problem, found: Enclosure, certificate: Certificat
         dual=None,
         method=f"ball arithmetic, {found.bits} bits",
     )
-
-
-def objective_at(problem: Problem, w: Vector, u: np.ndarray) -> Number:
-    """F(w, u) at floats, on the original data, enclosed in the precision in force."""
-    X, one = exact_matrix(problem.X, 0), flint.arb(1)
-    point_w, point_u = [flint.arb(float(v)) for v in w], [flint.arb(float(v)) for v in u]
-    p = [v - flint.arb(float(t)) for v, t in zip(times(X.transpose(), point_w), problem.o, strict=True)]
-    q = [v - x for v, x in zip(times(X, point_u), point_w, strict=True)]
-    total = dot(p, p) + one * problem.lambda1 * dot(q, q)
-    total += one * problem.lambda2 * sum((abs(v) for v in point_w), flint.arb(0))
-    for columns in problem.modalities:
-        part = list(np.array(point_u, dtype=object)[columns])
-        total += one * problem.lambda3 * dot(part, part).sqrt()
-    return total

@@ -6,13 +6,15 @@ import flint
 import numpy as np
 import pytest
 
+from convexperc.ball_duality import objective_at
 from convexperc.certificate import certify
-from convexperc.enclosure import certify_in_balls, enclose, objective_at
+from convexperc.enclosure import certify_in_balls, enclose
 from convexperc.multiprecision import precision
 from convexperc.problem import Problem
 from convexperc.solution import Candidate, Status
 from convexperc.solvers.conic import Conic
 from convexperc.solving import solve
+from verification.families import seeded
 
 CLOSED_FORMS = {
     "19/32": (Problem([[1.0]], [1.0], lambda1=1, lambda2=0.5, lambda3=0.25), Fraction(19, 32)),
@@ -115,3 +117,13 @@ def test_certifying_in_balls_judges_the_point_itself():
     assert judged.certified, judged
     assert judged.objective[0] <= 19 / 32 * (1 + 1e-12), judged
     assert judged.gap >= judged.objective[0] - judged.upper, judged
+
+
+@pytest.mark.parametrize("index", [1, 3])
+def test_a_matrix_singular_in_one_precision_is_met_with_more_bits(index):
+    problem = seeded("mixed_scales", 11, index, largest=(8, 40))
+    found = enclose(problem)
+    judged = certify(problem, found.w, found.u)
+    assert 0.0 <= found.lower <= found.upper, found
+    assert found.lower <= judged.upper, (found, judged)
+    assert judged.lower <= found.upper, (found, judged)

@@ -97,6 +97,22 @@ def readings(
     raise typer.Exit(1 if unknown else 0)
 
 
+@app.command()
+def check(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Proof of `convexperc solve --proof`.")],
+) -> None:
+    """Check a proof file by exact arithmetic; exit code 0 if it proves its claim, 1 if it is rejected."""
+    from verification.check import check as checked  # noqa: PLC0415 - keeps --help quick
+
+    try:
+        verdict = checked(file)
+    except OSError as problem:
+        raise typer.BadParameter(f"cannot read {file}: {problem.strerror}", param_hint="FILE") from None
+    data = f"\ndata: sha256 {verdict.sha256}" if verdict.proved else ""
+    typer.echo(f"{'proved' if verdict.proved else 'rejected'}: {verdict.reason}{data}")
+    raise typer.Exit(0 if verdict.proved else 1)
+
+
 def main() -> None:
     """Entry point of the console script."""
     app()
