@@ -14,6 +14,7 @@ from convexperc.problem import Problem
 from convexperc.scaling import Scaling
 from convexperc.solution import Candidate, Solution, Timings
 from convexperc.solvers.interface import Solver
+from convexperc.solvers.newton import Newton
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +33,9 @@ class _Answer:
 
 def solve(
     problem: Problem,
-    solver: Solver,
+    solver: Solver | None = None,
     *,
-    escalate: bool = False,
+    escalate: bool | None = None,
     relative_tolerance: float = RELATIVE,
     absolute_tolerance: float = ABSOLUTE,
 ) -> Solution:
@@ -47,10 +48,11 @@ def solve(
     Parameters
     ----------
     problem : Problem
-    solver : Solver
-    escalate : bool
+    solver : Solver, optional
+        `Newton` without: compiled on its first use, which takes some seconds once for an installation.
+    escalate : bool, optional
         Where the solver's answer is not certified, answer by `convexperc.enclosure` instead; the solution's
-        `solver` then says so.
+        `solver` then says so. Without: yes if no solver is named, no if the answer of a named one is wanted.
     relative_tolerance, absolute_tolerance : float
         See `convexperc.certificate.Certificate`.
 
@@ -64,6 +66,9 @@ def solve(
     SolverError
         The solver gave no point at all, and `escalate` is false.
     """
+    if escalate is None:
+        escalate = solver is None
+    solver = Newton() if solver is None else solver
     start = time.perf_counter()
     tolerances = {"relative_tolerance": relative_tolerance, "absolute_tolerance": absolute_tolerance}
     scaling = Scaling.of(problem)

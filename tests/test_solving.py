@@ -144,3 +144,13 @@ def test_an_answer_is_read_only_and_pickles_as_such():
     assert (again.status, again.timings) == (found.status, found.timings)
     for solution in (found, again):
         assert (solution.w.flags.writeable, solution.u.flags.writeable) == (False, False)
+
+
+def test_without_a_solver_every_answer_is_certified_or_enclosed():
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        X = rng.normal(size=(4, 9)) * 10.0 ** rng.uniform(-6, 6, (4, 1))
+        problem = Problem(X, rng.normal(size=9), lambda1=0.1, lambda2=0.1 * (seed % 2), lambda3=0.01)
+        found = solve(problem)
+        assert found.certificate.enclosed, (seed, found.solver, found.certificate)
+        assert found.solver.startswith("newton"), found.solver

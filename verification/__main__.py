@@ -113,6 +113,39 @@ def check(
     raise typer.Exit(0 if verdict.proved else 1)
 
 
+@app.command()
+def bench(
+    instances: Annotated[str, typer.Option(help="Names, with commas between: S, M, L, XL, P.")] = "S,M",
+    peers: Annotated[str, typer.Option(help="Only peers whose name contains this.")] = "",
+    templates: Annotated[int, typer.Option(min=1, help="Templates judged for each choice of lambdas.")] = 4,
+    repeat: Annotated[int, typer.Option(min=1, help="Timings of which the median counts.")] = 5,
+    limit: Annotated[float, typer.Option(min=0.0, help="Seconds a peer may take on an instance.")] = 60.0,
+    growth: Annotated[bool, typer.Option("--growth", help="Also fit the growth with n, d, m and p.")] = False,
+    json_file: File = None,
+) -> None:
+    """Time the library beside other solvers, all held to the same gap by the same judge."""
+    from verification.bench import run  # noqa: PLC0415 - keeps --help quick
+    from verification.bench_report import as_json, frames_table, growth_table, machine, peers_table  # noqa: PLC0415
+    from verification.instances import SHAPES  # noqa: PLC0415 - keeps --help quick
+
+    names = instances.split(",")
+    if unknown := [name for name in names if name not in SHAPES]:
+        raise typer.BadParameter(f"unknown: {', '.join(unknown)}; known: {', '.join(SHAPES)}")
+    console, outcomes, frames = _console(), {}, {}
+    for name in names:
+        outcomes[name], frames[name] = run(SHAPES[name], peers, templates, repeat, limit)
+        console.print(peers_table(SHAPES[name], outcomes[name]))
+    console.print(frames_table(frames))
+    grown = []
+    if growth:
+        from verification.floor import growth as grow  # noqa: PLC0415 - keeps --help quick
+
+        grown = grow(repeat)
+        console.print(growth_table(grown))
+    console.print_json(data=machine())
+    _write(json_file, as_json(outcomes, frames, grown))
+
+
 def main() -> None:
     """Entry point of the console script."""
     app()
