@@ -17,6 +17,10 @@ from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton import Newton
 
 
+CLEARLY_BELOW = 1.0 - 1e-6
+"""A certified F(w, u) below this share of ||o||^2 = F(0, 0) needs no look at the zero point."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Answer:
     """A point with its certificate."""
@@ -111,7 +115,7 @@ def _judge(problem: Problem, scaling: Scaling, candidate: Candidate, tolerances:
     if point is not None:
         sparse = judged(*point)
         best = sparse if sparse.certificate.certified or sparse.better_than(best) else best
-    if best.certificate.certified and best.w.any():
+    if best.certificate.certified and best.certificate.objective[1] < CLEARLY_BELOW * best.certificate.target:
         return best
     zero = judged(np.zeros(problem.n), np.zeros(problem.d))
     return zero if zero.better_than(best) else best
