@@ -16,7 +16,6 @@ from convexperc.solution import Candidate, Solution, Timings
 from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton import Newton
 
-
 CLEARLY_BELOW = 1.0 - 1e-6
 """A certified F(w, u) below this share of ||o||^2 = F(0, 0) needs no look at the zero point."""
 
