@@ -1,0 +1,79 @@
+"""A solver with its set-up done, as the benchmark sees it; and the library's own."""
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from convexperc.arrays import Vector
+from convexperc.solvers.newton import Batch, Newton
+from verification.instances import Instance, Lambdas
+
+Answer = tuple[float, Any]
+"""Seconds, and what the solver returned."""
+
+
+class Posed:
+    """A solver with its set-up done."""
+
+    def __init__(self, instance: Instance, lambdas: Lambdas, tolerance: float) -> None:
+        self.instance, self.lambdas, self.tolerance = instance, lambdas, tolerance
+        self._pose()
+
+    def _pose(self) -> None:
+        """Do what all templates share."""
+
+    def _load(self, template: int) -> None:
+        """Read a template's data in; its time is not counted."""
+
+    def _solve(self, template: int) -> Any:
+        """Solve one template."""
+        raise NotImplementedError
+
+    def point(self, found: Any) -> tuple[Vector, Vector]:
+        """(w, u) of what `solve` returned; its time is not counted."""
+        return self.instance.reduced.point(np.asarray(found, dtype=np.float64))
+
+    def run(self, templates: Sequence[int]) -> list[Answer]:
+        """Time the templates one by one."""
+        answers = []
+        for template in templates:
+            self._load(template)
+            start = time.perf_counter()
+            found = self._solve(template)
+            answers.append((time.perf_counter() - start, found))
+        return answers
+
+
+class Ours(Posed):
+    """All templates of the frame in one call; each takes its share of the time."""
+
+    def _batch(self, templates: slice) -> Batch:
+        C, targets = self.instance.C[templates], self.instance.targets[templates]
+        lambdas = np.tile(self.lambdas, (C.shape[0], 1))
+        return Newton(tolerance=self.tolerance).batch(self.instance.reduced.reduction, C, targets, lambdas)
+
+    def _solve(self, template: int) -> tuple[Vector, Vector, Vector]:
+        batch = self._batch(slice(template, template + 1))
+        return batch.W[0], batch.T[0], batch.Q[0]
+
+    def point(self, found: Any) -> tuple[Vector, Vector]:
+        """(w, u) by u^i = t_i X_i' q."""
+        w, t, q = found
+        return w, self.instance.reduced.reduction.recover(t, q)
+
+    def run(self, templates: Sequence[int]) -> list[Answer]:
+        """Time the whole frame; the answers are those of the templates asked for."""
+        start = time.perf_counter()
+        batch = self._batch(slice(None))
+        each = (time.perf_counter() - start) / self.instance.shape.p
+        return [(each, (batch.W[j], batch.T[j], batch.Q[j])) for j in templates]
+
+
+class OursAlone(Ours):
+    """One template a call, from a cold start."""
+
+    def run(self, templates: Sequence[int]) -> list[Answer]:
+        """Time the templates one by one."""
+        return Posed.run(self, templates)
