@@ -1,6 +1,7 @@
 """A solver with its set-up done, as the benchmark sees it; and the library's own."""
 
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,22 +15,22 @@ Answer = tuple[float, Any]
 """Seconds, and what the solver returned."""
 
 
-class Posed:
+class Posed(ABC):
     """A solver with its set-up done."""
 
     def __init__(self, instance: Instance, lambdas: Lambdas, tolerance: float) -> None:
         self.instance, self.lambdas, self.tolerance = instance, lambdas, tolerance
         self._pose()
 
-    def _pose(self) -> None:
+    def _pose(self) -> None:  # noqa: B027 - nothing, unless a solver has set-up
         """Do what all templates share."""
 
-    def _load(self, template: int) -> None:
+    def _load(self, template: int) -> None:  # noqa: B027 - nothing, unless data are read in
         """Read a template's data in; its time is not counted."""
 
+    @abstractmethod
     def _solve(self, template: int) -> Any:
         """Solve one template."""
-        raise NotImplementedError
 
     def point(self, found: Any) -> tuple[Vector, Vector]:
         """(w, u) of what `solve` returned; its time is not counted."""
