@@ -11,7 +11,7 @@ from fractions import Fraction
 import flint
 import numpy as np
 
-from convexperc.arrays import Vector
+from convexperc.arrays import FeatureVector, Vector
 from convexperc.ball_duality import dual_value, objective_at, primal_value
 from convexperc.certificate import ABSOLUTE, Certificate
 from convexperc.exact import exact_optimum
@@ -20,8 +20,8 @@ from convexperc.multiprecision import BallFrame, Number, Numbers, dot, exact_mat
 from convexperc.problem import Problem
 from convexperc.scaling import Scaling
 
-BITS = (128, 256, 512, 1024)
-"""Precisions that are tried in turn."""
+BITS = (128, 256, 512, 2048, 8192)
+"""Precisions that are tried in turn; entries from 1e-150 to 1e150 in one matrix need the last ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,8 +198,13 @@ def _quotient(width: Number, value: Number) -> float:
     return _up(width / value) if value > 0 else math.inf
 
 
-def certify_in_balls(problem: Problem, found: Enclosure, certificate: Certificate) -> Certificate:
-    """Judge the enclosure's own point by its interval.
+def certify_in_balls(
+    problem: Problem,
+    found: Enclosure,
+    certificate: Certificate,
+    point: tuple[Vector, FeatureVector] | None = None,
+) -> Certificate:
+    """Judge a point by the enclosure's interval.
 
     Parameters
     ----------
@@ -208,15 +213,18 @@ def certify_in_balls(problem: Problem, found: Enclosure, certificate: Certificat
     certificate : Certificate
         The float64 one of some point of the same problem: it gives the tolerances and the proved zeros, and
         its interval is intersected with the enclosure's.
+    point : pair of float64 (n,) and (d,), optional
+        The enclosure's own point without.
 
     Returns
     -------
     Certificate
-        Of (found.w, found.u).
+        Of that point.
     """
+    w, u = (found.w, found.u) if point is None else point
     lower, upper = max(found.lower, certificate.lower), min(found.upper, certificate.upper)
     with precision(2 * found.bits):
-        value = objective_at(problem, found.w, found.u)
+        value = objective_at(problem, w, u)
         bounds = _down(value), _up(value)
         gap = (value - flint.arb(lower)).nonnegative_part()
         target = dot(*[[flint.arb(float(v)) for v in problem.o]] * 2)

@@ -20,7 +20,7 @@ from convexperc.multiprecision import BallFrame, Number, Numbers, dot, midpoint,
 
 SHRINK = 12
 """mu falls by this factor between two centrings."""
-CENTRINGS = 400
+CENTRINGS = 6000
 """More Newton steps than this in all never were needed; a bound against a loop without end."""
 
 

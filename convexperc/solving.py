@@ -87,9 +87,7 @@ def solve(
     solved = time.perf_counter()
     name, answer = solver.name, _judge(problem, scaling, candidate, tolerances)
     if escalate and not answer.certificate.certified:
-        found = _escalate(problem, answer)
-        if found.better_than(answer):
-            name, answer = f"{name}, then ball arithmetic", found
+        name, answer = f"{name}, then ball arithmetic", _escalate(problem, answer)
     done = time.perf_counter()
     w, u = answer.w, answer.u
     w.flags.writeable = u.flags.writeable = False
@@ -132,6 +130,11 @@ def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVecto
 
 
 def _escalate(problem: Problem, answer: _Answer) -> _Answer:
-    """Answer by ball arithmetic."""
-    found = enclose(problem)
-    return _Answer(found.w, found.u, certify_in_balls(problem, found, answer.certificate))
+    """The better of two points, judged by ball arithmetic: the enclosure's own, and the answer's."""
+    found, before = enclose(problem), answer.certificate
+    own = _Answer(found.w, found.u, certify_in_balls(problem, found, before))
+    if not (np.isfinite(answer.w).all() and np.isfinite(answer.u).all()):
+        return own
+    point = answer.w, answer.u
+    kept = _Answer(*point, certify_in_balls(problem, found, before, point))
+    return own if own.better_than(kept) else kept

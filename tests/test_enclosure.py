@@ -127,3 +127,10 @@ def test_a_matrix_singular_in_one_precision_is_met_with_more_bits(index):
     assert 0.0 <= found.lower <= found.upper, found
     assert found.lower <= judged.upper, (found, judged)
     assert judged.lower <= found.upper, (found, judged)
+
+
+@pytest.mark.parametrize("index", [10, 21, 28])
+def test_entries_of_any_size_in_one_matrix_still_give_a_narrow_interval(index):
+    problem = seeded("mixed_scales", 0, index)
+    found = solve(problem, Poor(), escalate=True)
+    assert found.certificate.enclosed, (found.status, found.certificate)
