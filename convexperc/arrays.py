@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from convexperc.errors import InputError, ProblemError
+from convexperc.errors import InputError, PointError, ProblemError
 
 Vector = Float[np.ndarray, " n"]
 """One number a view."""
@@ -61,6 +61,28 @@ def real_array(
         )
     array.flags.writeable = False
     return array
+
+
+def point_entries(value: Any, length: int, name: str, *, finite: bool) -> NDArray[np.float64]:
+    """Copy one part of a point (w, u) or (a, b) to a float64 array of the `length` that fits the problem.
+
+    Raises
+    ------
+    PointError
+        As `real_array`, or a wrong length.
+    """
+    array = real_array(value, name, 1, error=PointError, finite=finite)
+    if array.shape != (length,):
+        raise PointError(name, value=array.shape, must=f"must have shape ({length},) to fit the problem")
+    return array
+
+
+def euclidean_length(x: NDArray[np.float64]) -> float:
+    """||x||_2, safe against overflow and underflow."""
+    largest = float(np.abs(x).max(initial=0.0))
+    if largest == 0.0 or not np.isfinite(largest):
+        return largest
+    return float(np.linalg.norm(x / largest)) * largest
 
 
 def _as_array(value: Any, name: str, error: type[InputError]) -> NDArray[Any]:

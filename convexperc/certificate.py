@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.arrays import FeatureVector, Vector, nonnegative_number, real_array
+from convexperc.arrays import FeatureVector, Vector, nonnegative_number, point_entries
 from convexperc.duality import DualPoint, Frame, GapTerms, candidates, dual_value, gap_terms
 from convexperc.errors import PointError
 from convexperc.exact import exact_optimum
@@ -136,10 +136,13 @@ def certify(
     absolute_tolerance = nonnegative_number(absolute_tolerance, "absolute_tolerance", error=PointError)
     scaling = Scaling.of(problem)
     frame = Frame.of(problem, scaling)
-    point = _entries(w, problem.n, "w"), _entries(u, problem.d, "u")
+    point = point_entries(w, problem.n, "w", finite=False), point_entries(u, problem.d, "u", finite=False)
     hint = None
     if dual is not None:
-        hint = scaling.dual(_entries(dual[0], problem.d, "a"), _entries(dual[1], problem.n, "b"))
+        hint = scaling.dual(
+            point_entries(dual[0], problem.d, "a", finite=False),
+            point_entries(dual[1], problem.n, "b", finite=False),
+        )
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         proof = _prove(problem, frame, scaling, _Point.of(frame, scaling, *point), hint)
     target = squared_norm(frame.target)[0]
@@ -160,13 +163,6 @@ def certify(
         zero_views=proof.zero_views,
         zero_modalities=proof.zero_modalities,
     )
-
-
-def _entries(values: Any, length: int, name: str) -> Vector:
-    array = real_array(values, name, 1, error=PointError, finite=False)
-    if array.shape != (length,):
-        raise PointError(name, value=array.shape, must=f"must have shape ({length},) to fit the problem")
-    return array
 
 
 @dataclass(frozen=True, eq=False)

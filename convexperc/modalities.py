@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.arrays import euclidean_length
 from convexperc.errors import ModalityError
 
 Columns = slice | NDArray[np.int64]
@@ -91,18 +92,11 @@ class Modalities:
 
     def norms(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
         """||u^i||_2 of each modality, shape (m,), safe against overflow and underflow."""
-        return np.array([_norm(u[c]) for c in self.columns])
+        return np.array([euclidean_length(u[c]) for c in self.columns])
 
     def permuted(self, order: Sequence[int]) -> "Modalities":
         """The same groups of columns, listed in another order."""
         return Modalities(tuple(self.names[i] for i in order), tuple(self.columns[i] for i in order), self.d)
-
-
-def _norm(part: NDArray[np.float64]) -> float:
-    largest = float(np.abs(part).max(initial=0.0))
-    if largest == 0.0 or not np.isfinite(largest):
-        return largest
-    return float(np.linalg.norm(part / largest)) * largest
 
 
 def _check_names(names: tuple[Any, ...]) -> None:

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.arrays import FeatureVector, Vector, real_array
-from convexperc.errors import PointError
+from convexperc.arrays import FeatureVector, Vector, point_entries
 from convexperc.objective import residuals
 from convexperc.problem import Problem
 
@@ -57,11 +56,8 @@ def optimality_residual(problem: Problem, w: Any, u: Any) -> OptimalityResidual:
     With a = 2(X'w - o) and b = 2 lambda1 (Xu - w). This is the condition that the paper's derivative
     equations miss by the absolute value and by a factor of 2. A small residual is no proof: `certify` is.
     """
-    weights = real_array(w, "w", 1, error=PointError)
-    features = real_array(u, "u", 1, error=PointError)
-    for name, x, length in (("w", weights, problem.n), ("u", features, problem.d)):
-        if x.shape != (length,):
-            raise PointError(name, value=x.shape, must=f"must have shape ({length},) to fit the problem")
+    weights = point_entries(w, problem.n, "w", finite=True)
+    features = point_entries(u, problem.d, "u", finite=True)
     p, q = residuals(problem, weights, features)
     b = 2.0 * problem.lambda1 * q
     pull = problem.X @ (2.0 * p) - b

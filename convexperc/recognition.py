@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.arrays import FeatureVector, real_array
+from convexperc.arrays import euclidean_length, real_array
 from convexperc.critical import zero_is_optimal
 from convexperc.enclosure import enclose
 from convexperc.errors import ProblemError
@@ -255,14 +255,8 @@ def decide(templates: tuple[Template, ...], views: tuple[str, ...]) -> Recogniti
     return Recognition(Verdict.UNDECIDED, None, candidates, reason, templates, views, warnings)
 
 
-def _norm(o: FeatureVector) -> float:
-    """||o||_2, safe against overflow and underflow."""
-    largest = float(np.abs(o).max())
-    return float(np.linalg.norm(o / largest)) * largest if largest > 0.0 else 0.0
-
-
 def _norm_warning(templates: tuple[Template, ...]) -> tuple[str, ...]:
-    norms = {t.name: _norm(t.solution.problem.o) for t in templates}
+    norms = {t.name: euclidean_length(t.solution.problem.o) for t in templates}
     short, long = min(norms, key=norms.__getitem__), max(norms, key=norms.__getitem__)
     if norms[long] <= NORM_FACTOR * norms[short]:
         return ()
