@@ -125,11 +125,12 @@ def as_rgb(array: object, name: str) -> Picture:
     height, width, channels = pixels.shape
     _check_size(height, width, name)
     if pixels.dtype.itemsize == 2:
-        pixels = (pixels >> 8).astype(np.uint8)
-    if channels == 4:
-        pixels = (pixels[..., :3] * pixels[..., 3:].astype(np.uint16) + 127) // 255
+        pixels = np.right_shift(pixels, 8, out=np.empty(pixels.shape, dtype=np.uint8), casting="unsafe")
     rgb = np.empty((height, width, 3), dtype=np.uint8)
-    rgb[...] = pixels
+    if channels == 4:
+        _composite(pixels, rgb)
+    else:
+        rgb[...] = pixels
     rgb.flags.writeable = False
     return rgb
 
@@ -139,8 +140,12 @@ def to_gray(image: Picture) -> GrayPicture:
 
     Integers make it the same for every OpenCV and processor, and keep a gray picture as it is.
     """
-    red, green, blue = np.moveaxis(image.astype(np.uint32), 2, 0)
-    luma = (299 * red + 587 * green + 114 * blue + 500) // 1000
+    red, green, blue = cv2.split(image)
+    luma = np.multiply(red, 299, dtype=np.uint32)
+    luma += np.multiply(green, 587, dtype=np.uint32)
+    luma += np.multiply(blue, 114, dtype=np.uint32)
+    luma += 500
+    luma //= 1000
     gray: NDArray[np.uint8] = luma.astype(np.uint8)
     return gray
 
@@ -216,6 +221,16 @@ def _read_bytes(path: Path, name: str) -> bytes:
         return path.read_bytes()
     except OSError as problem:
         raise ImageError(name, value=problem.strerror, must=must, remedy="Check its permissions.") from None
+
+
+def _composite(rgba: UInt8[np.ndarray, "h w 4"], rgb: Picture) -> None:
+    """Fill `rgb` with the picture on black, one channel at a time to hold little memory."""
+    alpha = rgba[..., 3].astype(np.uint16)
+    for channel in range(3):
+        product = rgba[..., channel] * alpha
+        product += 127
+        product //= 255
+        rgb[..., channel] = product
 
 
 def _check_size(height: int, width: int, name: str) -> None:
