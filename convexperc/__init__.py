@@ -7,11 +7,13 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from convexperc.answers import Answers
     from convexperc.certificate import Certificate, certify
     from convexperc.critical import critical_lambda2, critical_lambda3
     from convexperc.enclosure import Enclosure, enclose
     from convexperc.errors import ConvexpercError
     from convexperc.features import FeatureConfiguration, extract
+    from convexperc.many import solve_many, solve_path
     from convexperc.modalities import Modalities
     from convexperc.optimality import optimality_residual
     from convexperc.perception import References, perceive
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Answers": "answers",
     "Certificate": "certificate",
     "Conic": "solvers.conic",
     "ConvexpercError": "errors",
@@ -49,9 +52,12 @@ _HOMES = {
     "perceive": "perception",
     "recognize": "recognition",
     "solve": "solving",
+    "solve_many": "many",
+    "solve_path": "many",
 }
 
 __all__ = [
+    "Answers",
     "Certificate",
     "Conic",
     "ConvexpercError",
@@ -75,6 +81,8 @@ __all__ = [
     "perceive",
     "recognize",
     "solve",
+    "solve_many",
+    "solve_path",
 ]
 
 

@@ -54,8 +54,8 @@ else:
 
 CERTIFIED, NOT_CERTIFIED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 EPILOG = (
-    "Exit codes: 0 proved; 1 not proved (solve, certify: the answer is not certified; recognize: an answer is"
-    " not certified, or no label is proved because objects are undecided or tied); 2 the input cannot be"
+    "Exit codes: 0 proved; 1 not proved (solve, certify: the answer is not certified; recognize: that of the"
+    " label is not, or no label is proved because objects are undecided or tied); 2 the input cannot be"
     " used; 70 a fault of this program; 130 interrupted."
 )
 Arguments = ParamSpec("Arguments")
@@ -144,8 +144,8 @@ def recognize(
 ) -> bool:
     """Recognise the object that all views show.
 
-    Exit code 0 means: every object's answer is certified,
-    and the label's optimum is proved to lie below every other one.
+    Exit code 0 means: the label's answer is certified,
+    and its optimum is proved to lie below every other one.
     Whether the features tell the objects apart is not proved.
     """
     if sample == (references is not None or views is not None) or (scene is not None and not sample):
@@ -164,7 +164,7 @@ def recognize(
         prepared = perception.References.of(known, chosen)
         expect(len(known))
         recognition = perception.perceive(
-            seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, progress=step
+            seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False, progress=step
         )
     if json is not None:
         _write(json, records.recognition_record(recognition, chosen))

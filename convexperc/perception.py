@@ -117,6 +117,8 @@ def perceive(
     lambda2: float,
     lambda3: float,
     solver: Solver | None = None,
+    prune: bool = True,
+    start: Recognition | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Recognition:
     """Recognise the object that the views show.
@@ -126,7 +128,7 @@ def perceive(
     views : mapping of str to uint8 (h, w, 3)
         Each robot's name and picture; one view is enough.
     references : References
-    lambda1, lambda2, lambda3, solver, progress
+    lambda1, lambda2, lambda3, solver, prune, start, progress
         See `recognize`.
 
     Returns
@@ -142,13 +144,16 @@ def perceive(
     """
     return recognize(
         extract(views.values(), references.configuration),
-        references.templates,
+        references.O,
+        names=references.names,
         lambda1=lambda1,
         lambda2=lambda2,
         lambda3=lambda3,
         modalities=references.configuration.modality_sizes,
         views=tuple(views),
         solver=solver,
+        prune=prune,
+        start=start,
         progress=progress,
     )
 

@@ -21,6 +21,7 @@ from matplotlib.patches import Rectangle
 from convexperc.errors import InputError
 from convexperc.images import MIN_SIDE, Picture, resize
 from convexperc.recognition import Ranked, Recognition
+from convexperc.solution import Status
 
 KINDS = ("png", "svg")
 WIDTH, MARGIN, GUTTER = 11.0, 0.35, 0.18
@@ -207,8 +208,8 @@ def _objectives(sheet: _Sheet, recognition: Recognition) -> None:
         weight = "bold" if template.name == recognition.label else "normal"
         sheet.text(left, line, _fitted(template.name, label - 0.12, 9.0), 9.0, color=color, weight=weight)
         sheet.text(left + width - numbers + 0.2, line, _digits(lower, upper), 8.5)
-        certified = template.solution.certificate.certified
-        sheet.text(left + width - 0.78, line, f"{upper - lower:.1e}", 8.5, color=INK if certified else ALARM)
+        sound = template.excluded or template.status is Status.CERTIFIED
+        sheet.text(left + width - 0.78, line, f"{upper - lower:.1e}", 8.5, color=INK if sound else ALARM)
     axes.set(ylim=(len(rows) - 0.5, -0.5), yticks=[])
     axes.set_xlim(left=0.0)
     axes.tick_params(axis="x", labelsize=7.5, color=LINE, labelcolor=QUIET)

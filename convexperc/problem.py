@@ -72,6 +72,22 @@ class Problem:
         put(self, "lambda2", nonnegative_number(lambda2, "lambda2"))
         put(self, "lambda3", nonnegative_number(lambda3, "lambda3"))
 
+    def for_template(self, o: Any) -> "Problem":
+        """The same problem for another template; X is shared, not copied.
+
+        Raises
+        ------
+        ProblemError
+            As for `o` above.
+        """
+        target = real_array(o, "o", 1)
+        if target.shape[0] != self.d:
+            must = f"must have one entry for each of the {self.d} columns of X"
+            raise ProblemError("o", value=target.shape, must=must)
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__, o=target)
+        return other
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the data, so that what comes back is checked and read-only again."""
         return _rebuild, (self.X, self.o, self.modalities, self.lambdas)

@@ -1,4 +1,4 @@
-"""Which object is it: one solve a template, and a label that is proved or not claimed."""
+"""Which object is it: a label that is proved or not claimed, from all templates of a frame."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,17 +6,21 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from convexperc.arrays import euclidean_length, real_array
+from convexperc.answers import Answers
+from convexperc.arrays import FeatureVector, Vector, euclidean_length, real_array
+from convexperc.certificate import ABSOLUTE, RELATIVE
 from convexperc.critical import zero_is_optimal
 from convexperc.enclosure import enclose
 from convexperc.errors import ProblemError
-from convexperc.problem import Problem
-from convexperc.solution import Solution
-from convexperc.solvers.conic import Conic
+from convexperc.projection import Projection
+from convexperc.race import race
+from convexperc.run import Run, read_lambdas
+from convexperc.solution import Solution, Status
 from convexperc.solvers.interface import Solver
-from convexperc.solving import solve
+from convexperc.symmetry import interchangeable
 
 NARROW = 1e-30
 """Relative width asked of overlapping intervals; what is reported is limited by float64, about 1e-16."""
@@ -33,20 +37,62 @@ class Verdict(Enum):
     UNDECIDED = "undecided"
     """The intervals of several templates overlap."""
     TIE = "tie"
-    """No effort could decide: identical templates, or every optimum is w = u = 0."""
+    """No effort could decide: interchangeable templates, or every optimum is w = u = 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """One object's name and the solution of its problem."""
+    """One object's name and its answer.
+
+    Attributes
+    ----------
+    name : str
+    answers : Answers
+    index : int
+        Its place in `answers`.
+    excluded : bool
+        Proved not to have the lowest optimum; it may then have been left without a certified answer.
+    """
 
     name: str
-    solution: Solution
+    answers: Answers
+    index: int
+    excluded: bool
 
     @property
     def interval(self) -> tuple[float, float]:
         """Proved bounds of F*."""
-        return self.solution.certificate.lower, self.solution.certificate.upper
+        return float(self.answers.lower[self.index]), float(self.answers.upper[self.index])
+
+    @property
+    def gap(self) -> float:
+        """Upper bound of F(w, u) - F*."""
+        return float(self.answers.gap[self.index])
+
+    @property
+    def status(self) -> Status:
+        """What is known of its answer."""
+        return self.answers.status(self.index)
+
+    @property
+    def w(self) -> Vector:
+        """Weights of the views, shape (n,)."""
+        return np.asarray(self.answers.w[self.index])
+
+    @property
+    def u(self) -> FeatureVector:
+        """Weights of the features, shape (d,)."""
+        return self.answers.u(self.index)
+
+    @property
+    def modality_norms(self) -> Float[np.ndarray, " m"]:
+        """||u^i||_2 of each modality."""
+        return np.asarray(self.answers.modality_norms[self.index])
+
+    @property
+    def solution(self) -> Solution:
+        """The answer with a certificate of its own, made on demand; see `Answers.solution`."""
+        return self.answers.solution(self.index)
 
 
 @dataclass(frozen=True)
@@ -83,8 +129,10 @@ class Recognition:
         The templates that may have the lowest optimum, best first.
     reason : str
         Why the verdict is what it is.
-    templates : tuple of Template
-        In the order given.
+    names : tuple of str
+        The templates, in the order given.
+    answers : Answers
+        In the same order.
     views : tuple of str
         Names of the robots, in the order of the rows of X.
     warnings : tuple of str
@@ -95,35 +143,45 @@ class Recognition:
     label: str | None
     candidates: tuple[str, ...]
     reason: str
-    templates: tuple[Template, ...]
+    names: tuple[str, ...]
+    answers: Answers
     views: tuple[str, ...]
     warnings: tuple[str, ...]
 
     @property
+    def excluded(self) -> Bool[np.ndarray, " p"]:
+        """Which templates are proved not to have the lowest optimum."""
+        return np.asarray(self.answers.lower > self.answers.upper.min())
+
+    @property
     def certified(self) -> bool:
-        """Whether every template's answer is certified."""
-        return all(template.solution.certificate.certified for template in self.templates)
+        """Whether every template is excluded or has a certified answer."""
+        return bool((self.excluded | self.answers.certified).all())
+
+    @property
+    def templates(self) -> tuple[Template, ...]:
+        """All templates, in the order given."""
+        excluded = self.excluded.tolist()
+        return tuple(Template(name, self.answers, j, excluded[j]) for j, name in enumerate(self.names))
 
     def template(self, name: str | None = None) -> Template:
         """One template by its name; without one, the first candidate."""
         wanted = self.candidates[0] if name is None else name
-        for template in self.templates:
-            if template.name == wanted:
-                return template
-        raise ProblemError(
-            "template", value=wanted, must=f"must be one of {[t.name for t in self.templates]}"
-        )
+        if wanted not in self.names:
+            raise ProblemError("template", value=wanted, must=f"must be one of {list(self.names)}")
+        j = self.names.index(wanted)
+        return Template(wanted, self.answers, j, bool(self.excluded[j]))
 
     def ranked_views(self, name: str | None = None) -> tuple[Ranked, ...]:
         """Robots by |w_i|, largest first, for one template (default: the first candidate)."""
-        solution = self.template(name).solution
-        return _ranked(self.views, solution.w, solution.certificate.zero_views)
+        template = self.template(name)
+        return _ranked(self.views, template.w, self.answers.zero_views[template.index])
 
     def ranked_modalities(self, name: str | None = None) -> tuple[Ranked, ...]:
         """Modalities by ||u^i||_2, largest first, for one template (default: the first candidate)."""
-        solution = self.template(name).solution
-        names = solution.problem.modalities.names
-        return _ranked(names, solution.modality_norms, solution.certificate.zero_modalities)
+        template = self.template(name)
+        names = self.answers.projection.modalities.names
+        return _ranked(names, template.modality_norms, self.answers.zero_modalities[template.index])
 
 
 def _ranked(
@@ -135,17 +193,22 @@ def _ranked(
     return tuple(Ranked(names[i], float(weights[i]), float(shares[i]), bool(zeros[i])) for i in order)
 
 
-def recognize(
+def recognize(  # noqa: PLR0913 - each a choice of its own
     X: Any,
-    references: Mapping[str, Any],
+    references: Any,
     *,
     lambda1: Any,
     lambda2: Any,
     lambda3: Any,
     modalities: Any = None,
+    names: Sequence[str] | None = None,
     views: Sequence[str] | None = None,
     solver: Solver | None = None,
     escalate: bool = True,
+    prune: bool = True,
+    start: Recognition | None = None,
+    relative_tolerance: float = RELATIVE,
+    absolute_tolerance: float = ABSOLUTE,
     progress: Callable[[str], None] | None = None,
 ) -> Recognition:
     """Recognise the object that n views show.
@@ -154,17 +217,26 @@ def recognize(
     ----------
     X : array_like (n, d)
         Row i is robot i's feature vector.
-    references : mapping of str to array_like (d,)
-        Each known object's name and reference features: the columns of O.
+    references : mapping of str to array_like (d,), or array (d, p)
+        Each known object's name and reference features: the columns of O. A large library is best given as
+        one array, which may be memory-mapped, with `names`.
     lambda1, lambda2, lambda3 : real number
     modalities : see `Modalities.of`
+    names : sequence of p str, optional
+        Names of the columns of an array; ``object 1`` ... without.
     views : sequence of n str, optional
         Names of the robots; ``robot 1`` ... without.
     solver : Solver, optional
-        `Conic` without.
+        Solve every template by this one. Without, all are solved at once, see `convexperc.race`.
     escalate : bool
-        Answer by ball arithmetic where the solver's answer is not certified, and narrow the intervals by it
-        where they overlap.
+        Answer by ball arithmetic where the named solver's answer is not certified, and narrow the intervals
+        by it where they overlap.
+    prune : bool
+        Solve only the templates that lower bounds do not exclude.
+    start : Recognition, optional
+        That of the last frame, with as many robots, modalities and templates.
+    relative_tolerance, absolute_tolerance : float
+        See `convexperc.certificate.Certificate`.
     progress : callable, optional
         Called with each template's name when it is done.
 
@@ -175,93 +247,137 @@ def recognize(
     Raises
     ------
     ProblemError, ModalityError
-        See `Problem`; also no reference at all, or names that do not fit X.
+        See `Problem`; also no reference at all, or names that do not fit.
     SolverError
-        The solver gave no point for a template.
+        The named solver gave no point for a template.
 
     Notes
     -----
     Paper: Algorithm 1, line 9 and its return: the label is the category with the lowest objective.
     """
-    if not references:
-        raise ProblemError("references", value=references, must="must name at least one object")
-    judge = Conic() if solver is None else solver
-    names = _view_names(X, views)
-    templates, solved = [], {}
-    for name, o in references.items():
-        problem = Problem(X, o, modalities=modalities, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3)
-        data = problem.o.tobytes()
-        if data not in solved:
-            solved[data] = solve(problem, judge, escalate=escalate)
-        templates.append(Template(name, solved[data]))
-        if progress is not None:
+    robots, (objects, columns) = _view_names(X, views), _library(X, references, names)
+    lambdas = read_lambdas(lambda1, lambda2, lambda3)
+    projection = Projection.of(X, columns, modalities)
+    tolerances = relative_tolerance, absolute_tolerance
+    run = Run.of(projection, lambdas, *tolerances, None if start is None else start.answers)
+    if solver is not None:
+        run.fall_back(np.arange(len(objects)), solver, escalate=escalate)
+    elif prune:
+        race(run)
+    else:
+        run.finish()
+    if progress is not None:
+        for name in objects:
             progress(name)
-    found = decide(tuple(templates), names)
+    found = decide(run.answers(), objects, robots)
     if escalate and found.verdict is Verdict.UNDECIDED:
-        return decide(tuple(_narrowed(t, t.name in found.candidates) for t in templates), names)
+        return decide(_narrowed(found), objects, robots)
     return found
 
 
-def _narrowed(template: Template, rival: bool) -> Template:
-    """A rival with the narrowest interval that ball arithmetic gives; another template as it is."""
-    if not rival:
-        return template
-    solution = template.solution
-    found = enclose(solution.problem, relative_tolerance=NARROW, absolute_tolerance=NARROW)
-    certificate = solution.certificate
-    lower, upper = max(found.lower, certificate.lower), min(found.upper, certificate.upper)
-    narrow = replace(certificate, lower=lower, upper=upper)
-    return replace(template, solution=replace(solution, certificate=narrow))
+def _library(
+    X: Any, references: Any, names: Sequence[str] | None
+) -> tuple[tuple[str, ...], Float[np.ndarray, "d p"]]:
+    """The templates' names, all different, and their columns."""
+    if isinstance(references, Mapping):
+        if not references:
+            raise ProblemError("references", value=references, must="must name at least one object")
+        rows = [real_array(o, f"reference {name!r}", 1) for name, o in references.items()]
+        d = np.shape(X)[-1]
+        for name, row in zip(references, rows, strict=True):
+            if row.size != d:
+                must = f"must have one entry for each of the {d} columns of X"
+                raise ProblemError(f"reference {name!r}", value=row.shape, must=must)
+        return tuple(references), np.stack(rows).T
+    O = references if isinstance(references, np.ndarray) else np.asarray(references)  # noqa: E741
+    p = O.shape[-1] if O.ndim else 0
+    found = tuple(f"object {j}" for j in range(1, p + 1)) if names is None else tuple(names)
+    if len(found) != p or len(set(found)) != p:
+        raise ProblemError("names", value=len(found), must=f"must name each of the {p} columns once")
+    return found, O
+
+
+def _narrowed(found: Recognition) -> Answers:
+    """Rivals with the narrowest interval that ball arithmetic gives; other templates as they are."""
+    lower, upper = found.answers.lower.copy(), found.answers.upper.copy()
+    known: dict[bytes, tuple[float, float]] = {}
+    for j in (~found.excluded).nonzero()[0].tolist():
+        problem = found.answers.problem(j)
+        data = problem.o.tobytes()
+        if data not in known:
+            tight = enclose(problem, relative_tolerance=NARROW, absolute_tolerance=NARROW)
+            known[data] = tight.lower, tight.upper
+        lower[j], upper[j] = max(known[data][0], lower[j]), min(known[data][1], upper[j])
+    return replace(found.answers, lower=lower, upper=upper)
 
 
 def _view_names(X: Any, views: Sequence[str] | None) -> tuple[str, ...]:
     """The robots' names, one for each row of X, all different."""
-    n = real_array(X, "X", 2).shape[0]
+    shape = np.shape(X)
+    n = shape[0] if shape else 0
     names = tuple(f"robot {i}" for i in range(1, n + 1)) if views is None else tuple(views)
     if len(names) != n or len(set(names)) != n:
         raise ProblemError("views", value=names, must=f"must name each of the {n} rows of X once")
     return names
 
 
-def decide(templates: tuple[Template, ...], views: tuple[str, ...]) -> Recognition:
+def decide(answers: Answers, names: tuple[str, ...], views: tuple[str, ...]) -> Recognition:
     """Draw the verdict from the intervals alone.
 
     Parameters
     ----------
-    templates : tuple of Template
-        At least one.
-    views : tuple of str
+    answers : Answers
+    names, views : tuple of str
+        Of the templates and of the robots.
 
     Returns
     -------
     Recognition
     """
-    best = min(template.interval[1] for template in templates)
-    rivals = sorted((t for t in templates if not t.interval[0] > best), key=lambda t: t.interval[1])
-    candidates = tuple(t.name for t in rivals)
-    warnings = _norm_warning(templates)
-    if len(templates) > 1 and all(zero_is_optimal(t.solution.problem) for t in templates):
-        names = tuple(t.name for t in templates)
+    rivals = (answers.lower <= answers.upper.min()).nonzero()[0]
+    rivals = rivals[np.argsort(answers.upper[rivals], kind="stable")]
+    candidates = tuple(names[j] for j in rivals)
+    warnings = _norm_warning(answers, names)
+
+    def verdict(kind: Verdict, reason: str) -> Recognition:
+        label = candidates[0] if kind is Verdict.PROVED else None
+        return Recognition(kind, label, candidates, reason, names, answers, views, warnings)
+
+    if len(names) > 1 and _all_zero(answers):
+        candidates = names
         reason = "every optimum is w = u = 0, so that F* = ||o||^2 says nothing of the views; lower lambda2"
-        return Recognition(Verdict.TIE, None, names, reason, templates, views, warnings)
+        return verdict(Verdict.TIE, reason)
     if len(rivals) == 1:
-        reason = "its optimum lies below every other one, by proof"
-        return Recognition(Verdict.PROVED, candidates[0], candidates, reason, templates, views, warnings)
-    first = rivals[0].solution.problem.o
-    if all(np.array_equal(t.solution.problem.o, first) for t in rivals[1:]):
-        reason = f"the templates {', '.join(candidates)} are identical"
-        return Recognition(Verdict.TIE, None, candidates, reason, templates, views, warnings)
-    reason = f"the intervals of {', '.join(candidates)} overlap"
-    return Recognition(Verdict.UNDECIDED, None, candidates, reason, templates, views, warnings)
+        return verdict(Verdict.PROVED, "its optimum lies below every other one, by proof")
+    data = answers.projection
+    first = data.template(int(rivals[0]))
+    others = [data.template(int(j)) for j in rivals[1:]]
+    if all(np.array_equal(first, other) for other in others):
+        return verdict(Verdict.TIE, f"the templates {', '.join(candidates)} are identical")
+    if all(interchangeable(data.X, data.modalities, first, other) for other in others):
+        reason = f"the templates {', '.join(candidates)} are the same but for the order of the data"
+        return verdict(Verdict.TIE, reason)
+    return verdict(Verdict.UNDECIDED, f"the intervals of {', '.join(candidates)} overlap")
 
 
-def _norm_warning(templates: tuple[Template, ...]) -> tuple[str, ...]:
-    norms = {t.name: euclidean_length(t.solution.problem.o) for t in templates}
-    short, long = min(norms, key=norms.__getitem__), max(norms, key=norms.__getitem__)
+def _all_zero(answers: Answers) -> bool:
+    """Whether w = u = 0 is proved to be an optimum for every template."""
+    proved, sound = answers.projection.zero_is_optimal(answers.lambdas), answers.projection.sound
+    if not proved[sound].all():
+        return False
+    return all(zero_is_optimal(answers.problem(int(j))) for j in (~sound).nonzero()[0])
+
+
+def _norm_warning(answers: Answers, names: tuple[str, ...]) -> tuple[str, ...]:
+    data = answers.projection
+    norms = np.sqrt(data.squares(lower=True))
+    for j in (~data.sound).nonzero()[0].tolist():
+        norms[j] = euclidean_length(data.template(j))
+    short, long = int(norms.argmin()), int(norms.argmax())
     if norms[long] <= NORM_FACTOR * norms[short]:
         return ()
     return (
-        f"the norms of the templates differ by more than a factor of {NORM_FACTOR}: {short} has "
-        f"{norms[short]:.4g}, {long} has {norms[long]:.4g}. F* <= ||o||^2 favours the short one; "
+        f"the norms of the templates differ by more than a factor of {NORM_FACTOR}: {names[short]} has "
+        f"{norms[short]:.4g}, {names[long]} has {norms[long]:.4g}. F* <= ||o||^2 favours the short one; "
         "normalise the features.",
     )

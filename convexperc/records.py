@@ -21,7 +21,7 @@ from convexperc.optimality import OptimalityResidual
 from convexperc.problem import Problem
 from convexperc.problem_files import LAMBDAS
 from convexperc.recognition import Ranked, Recognition, Template
-from convexperc.solution import Solution
+from convexperc.solution import Solution, Status
 
 
 def problem_record(problem: Problem, name: str | None = None) -> dict[str, Any]:
@@ -94,12 +94,13 @@ def solution_record(solution: Solution) -> dict[str, Any]:
 def recognition_record(
     recognition: Recognition, configuration: FeatureConfiguration | None = None
 ) -> dict[str, Any]:
-    """Plain JSON values of a recognition: the verdict, the ranking for the best template, every solution.
+    """Plain JSON values of a recognition: the verdict, the ranking for the best template, every interval.
 
-    `configuration` says what the features were made of, if they were made of pictures.
+    A template that was excluded before it was certified has no solution. `configuration` says what the
+    features were made of, if they were made of pictures.
     """
     return {
-        "schema": "convexperc/recognition/1",
+        "schema": "convexperc/recognition/2",
         "verdict": recognition.verdict.value,
         "label": recognition.label,
         "candidates": list(recognition.candidates),
@@ -211,7 +212,12 @@ def _ranked(ranking: Iterable[Ranked]) -> list[dict[str, Any]]:
 
 
 def _template(template: Template) -> dict[str, Any]:
-    return {"name": template.name, **solution_record(template.solution)}
+    lower, upper = template.interval
+    record = {"name": template.name, "excluded": template.excluded, "status": template.status.value}
+    record |= {"lower": _exact(lower), "upper": _exact(upper)}
+    if template.excluded and template.status is Status.NOT_CERTIFIED:
+        return record | {"solution": None}
+    return record | {"solution": solution_record(template.solution)}
 
 
 def _layout(value: Any, indent: str) -> str:

@@ -12,13 +12,17 @@ Source: lambda3 ||u^i|| = min over tau > 0 of (lambda3 / 2)(||u^i||^2 / tau + ta
 (Bach, Jenatton, Mairal and Obozinski, Optimization with Sparsity-Inducing Penalties, 2012, section 1.4.2).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from convexperc.arrays import Matrix, Vector
-from convexperc.modalities import Modalities
+from convexperc.modalities import Columns, Modalities
+
+CHUNK = 4096
+"""Columns that are multiplied at a time: a product's rounding grows with the length of its sums."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,27 +37,51 @@ class Reduction:
         K_i = X_i X_i'.
     G : float64 (n, n)
         X X' = sum_i K_i.
+    depth : int
+        Roundings in a row behind an entry of K, of G, or of a `product`: its error is at most
+        gamma_depth times the lengths of the two vectors.
     """
 
     X: Matrix
     modalities: Modalities
     K: Float[np.ndarray, "m n n"]
     G: Float[np.ndarray, "n n"]
+    depth: int
 
     @classmethod
     def of(cls, X: Matrix, modalities: Modalities) -> "Reduction":
         """One pass over X: m Gram matrices, O(n^2 d)."""
-        n = X.shape[0]
+        n, d = X.shape
         K = np.empty((len(modalities), n, n))
         for gram, columns in zip(K, modalities, strict=True):
-            block = X[:, columns]
-            np.matmul(block, block.T, out=gram)
-        return cls(X, modalities, K, K.sum(axis=0))
+            blocks = (X[:, part] for part in _chunks(columns, d))
+            gram[:] = sum(block @ block.T for block in blocks)
+        return cls(X, modalities, K, K.sum(axis=0), min(d, CHUNK) + -(-d // CHUNK) + 2 * len(modalities))
+
+    def product(self, O: Float[np.ndarray, "d p"]) -> Float[np.ndarray, "p n"]:  # noqa: E741
+        """Row j is X o_j."""
+        d = self.X.shape[1]
+        found = self.X[:, :CHUNK] @ O[:CHUNK]
+        for start in range(CHUNK, d, CHUNK):
+            found += self.X[:, start : start + CHUNK] @ O[start : start + CHUNK]
+        return np.ascontiguousarray(found.T)
 
     def recover(self, t: Float[np.ndarray, " m"], q: Vector) -> Float[np.ndarray, " d"]:
-        """u^i = t_i X_i' q."""
+        """u^i = t_i X_i' q; infinite or NaN where t overflowed."""
         u = np.zeros(self.X.shape[1])
-        for weight, columns in zip(t, self.modalities, strict=True):
-            if weight > 0.0:
-                u[columns] = weight * (self.X[:, columns].T @ q)
+        with np.errstate(over="ignore", invalid="ignore"):
+            for weight, columns in zip(t, self.modalities, strict=True):
+                if weight > 0.0:
+                    u[columns] = weight * (self.X[:, columns].T @ q)
         return u
+
+
+def _chunks(columns: Columns, d: int) -> Iterator[Columns]:
+    """The columns of one modality, at most `CHUNK` at a time."""
+    if isinstance(columns, slice):
+        start, stop, _ = columns.indices(d)
+        for first in range(start, stop, CHUNK):
+            yield slice(first, min(first + CHUNK, stop))
+    else:
+        for first in range(0, columns.size, CHUNK):
+            yield columns[first : first + CHUNK]

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from convexperc.solution import Solution
 
 MOST_ROWS = 30
+_WORDS = {"certified": "yes", "enclosed": "F* only", "not certified": "NO"}
 
 
 def console() -> Console:
@@ -32,26 +33,27 @@ def console() -> Console:
 def show_recognition(out: Console, recognition: "Recognition") -> None:
     """Every object, the rankings for the best one, and what is proved of its answer."""
     best = recognition.template()
-    out.print(problem_line(best.solution.problem, None))
+    solution = best.solution
+    out.print(problem_line(solution.problem, None))
     rows = []
     for template in sorted(recognition.templates, key=lambda entry: entry.interval[1]):
-        found = template.solution.certificate
+        lower, upper = template.interval
         verdict = "excluded"
         if template.name in recognition.candidates:
             verdict = "candidate" if recognition.label is None else "label"
-        bounds = below(found.lower), above(found.upper), above(found.gap, 3)
-        rows.append((template.name, *bounds, "yes" if found.certified else "NO", verdict))
+        bounds = below(lower), above(upper), above(template.gap, 3)
+        rows.append((template.name, *bounds, _WORDS[template.status.value], verdict))
     columns = "object", ">F* at least", ">F* at most", ">gap", "certified", "verdict"
     _show_table(out, "Objects, lowest optimum first", columns, rows)
     _show_ranking(out, best.name, "robot", ">w", recognition.ranked_views())
     _show_ranking(out, best.name, "modality", ">||u^i||", recognition.ranked_modalities())
-    count = sum(template.solution.certificate.certified for template in recognition.templates)
+    count = int(recognition.answers.certified.sum())
     facts = [
         ("label", recognition.label or f"none; candidates: {', '.join(recognition.candidates)}"),
         ("verdict", f"{recognition.verdict.value}: {recognition.reason}"),
-        *certificate_facts(best.solution.certificate),
-        ("objects", f"{count} of {len(recognition.templates)} have a certified answer"),
-        ("solver", solver_claim(best.solution)),
+        *certificate_facts(solution.certificate),
+        ("objects", f"{count} of {len(recognition.names)} have a certified answer"),
+        ("solver", solver_claim(solution)),
         *(("warning", warning) for warning in recognition.warnings),
         ("scope", "proved for these features and lambdas, not that they tell the objects apart"),
     ]

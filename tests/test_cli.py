@@ -21,7 +21,7 @@ from convexperc.cli import app
 from convexperc.errors import SolverError
 from convexperc.features import FeatureConfiguration
 from convexperc.problem import Problem
-from convexperc.recognition import Template, Verdict, decide
+from convexperc.recognition import Verdict, decide
 from convexperc.records import problem_record, write_json
 from convexperc.solution import Candidate
 from convexperc.solvers.conic import Conic
@@ -194,21 +194,21 @@ def test_a_tie_is_exit_1_with_its_reason(folders, tmp_path):
     assert result.stdout.count("candidate\n") == 2, result.stdout
 
 
-def test_a_label_without_every_answer_certified_is_exit_1(folders, monkeypatch):
+@pytest.mark.parametrize(("doubtful", "code"), [("disc", 1), ("stripes", 0)])
+def test_a_label_whose_own_answer_is_not_certified_is_exit_1(folders, monkeypatch, doubtful, code):
     real = convexperc.perception.perceive
 
     def half_certified(*args, **options):
         found = real(*args, **options)
-        loser = next(t for t in found.templates if t.name != found.label)
-        doubtful = replace(loser.solution.certificate, relative_gap=1.0, share_of_target=1.0)
-        changed = Template(loser.name, replace(loser.solution, certificate=doubtful))
-        return decide(tuple(changed if t is loser else t for t in found.templates), found.views)
+        gap = np.where(np.array(found.names) == doubtful, 1.0, found.answers.gap)
+        return decide(replace(found.answers, gap=gap), found.names, found.views)
 
     monkeypatch.setattr(convexperc.perception, "perceive", half_certified)
-    result = expect(1, run(*recognize_arguments(folders)))
+    result = expect(code, run(*recognize_arguments(folders)))
     assert "label    disc" in result.stdout, result.stdout
     assert "1 of 2 have a certified answer" in result.stdout, result.stdout
-    assert re.search(r"stripes .* NO +excluded", result.stdout), result.stdout
+    place = "label" if doubtful == "disc" else "excluded"
+    assert re.search(rf"{doubtful} .* NO +{place}", result.stdout), result.stdout
 
 
 def test_recognize_wants_one_source_and_sound_options(folders, tmp_path, monkeypatch):

@@ -1,5 +1,5 @@
 import pickle
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -90,10 +90,12 @@ def test_poor_answers_leave_the_label_undecided():
 
 def test_decide_reads_the_intervals_alone():
     found = recognized()
-    cat, car, dog = found.templates
-    assert decide((dog, cat), found.views).label != "car"
-    assert decide((car, dog, cat), found.views).label == "car"
-    assert decide((car,), found.views).label == "car"
+    lower, upper = found.answers.lower.copy(), found.answers.upper.copy()
+    swapped = replace(found.answers, lower=lower[[1, 0, 2]], upper=upper[[1, 0, 2]])
+    assert decide(swapped, found.names, found.views).label == "cat"
+    lower[0] = upper[1]
+    touching = decide(replace(found.answers, lower=lower, upper=upper), found.names, found.views)
+    assert (touching.verdict, touching.candidates) == (Verdict.UNDECIDED, ("car", "cat"))
 
 
 def test_views_and_modalities_are_ranked_by_weight_with_proved_zeros():
@@ -107,7 +109,7 @@ def test_views_and_modalities_are_ranked_by_weight_with_proved_zeros():
     assert modalities[0].name == "m1", modalities
     for ranked, weights in ((views, solution.w), (modalities, solution.modality_norms)):
         sizes = [abs(r.weight) for r in ranked]
-        assert sizes == sorted(np.abs(weights), reverse=True)
+        assert sizes == pytest.approx(sorted(np.abs(weights), reverse=True), rel=1e-14)
         assert sum(r.share for r in ranked) == pytest.approx(1.0)
         assert [r.share for r in ranked] == pytest.approx(np.array(sizes) / sum(sizes))
     assert {r.name for r in found.ranked_views("dog")} == {"ann", "bob", "cid"}
@@ -166,6 +168,11 @@ def test_the_order_of_robots_templates_and_modalities_does_not_matter(order):
         ({"views": ["a", "a", "b"]}, ProblemError, "once"),
         ({"references": {"car": CAR[:5]}}, ProblemError, "6 columns of X"),
         ({"references": {"car": np.full(6, np.nan)}}, ProblemError, "finite"),
+        ({"references": np.eye(6), "names": ["a", "b"]}, ProblemError, "each of the 6 columns once"),
+        ({"references": np.full((6, 2), np.nan)}, ProblemError, r"O\[:, 0\]\[0\] must be finite"),
+        ({"references": np.zeros((5, 2))}, ProblemError, "6 rows"),
+        ({"references": np.zeros((6, 2), complex)}, ProblemError, "real numbers"),
+        ({"start": recognized(references={"car": CAR})}, ProblemError, "start must be answers"),
         ({"X": np.full((3, 6), np.inf)}, ProblemError, "finite"),
         ({"modalities": [2, 2]}, ModalityError, "6 columns"),
         ({"lambda2": -1.0}, ProblemError, "lambda2"),

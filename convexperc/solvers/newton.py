@@ -9,7 +9,7 @@ from convexperc.arrays import Matrix, Vector
 from convexperc.problem import Problem
 from convexperc.reduction import Reduction
 from convexperc.solution import Candidate
-from convexperc.solvers.newton_kernel import Answers, solve_batch
+from convexperc.solvers.newton_kernel import Answers, Race, solve_batch
 from convexperc.solvers.quadratic import Model, minimise
 
 
@@ -91,6 +91,7 @@ class Newton:
         targets: Float[np.ndarray, " p"],
         lambdas: Float[np.ndarray, "p 3"],
         start: Start | None = None,
+        race: Race | None = None,
     ) -> Batch:
         """Answer all templates of a frame; lambda1, lambda3 > 0.
 
@@ -104,6 +105,8 @@ class Newton:
         lambdas : float64 (p, 3)
         start : Start, optional
             Cold without; then the t of one template starts the next.
+        race : Race, optional
+            Give up templates whose optimum is seen not to be the lowest.
 
         Returns
         -------
@@ -117,6 +120,7 @@ class Newton:
         solve_batch(
             reduction.G, reduction.K, np.ascontiguousarray(C), targets, lambdas, answers,
             self.tolerance, self.max_iterations, start is not None,
+            Race(np.empty(0), np.inf, 0.0) if race is None else race,
         )  # fmt: skip
         return Batch(W, T, answers.Q, answers.iterations)
 

@@ -62,6 +62,23 @@ class Answers(NamedTuple):
     gaps: Floats
 
 
+class Race(NamedTuple):
+    """What templates are compared by: F times units (p,) in common; no race where `units` is empty.
+
+    Attributes
+    ----------
+    units : float64 (p,) or (0,)
+    ceiling : float
+        In common units.
+    margin : float
+        How far above, relatively, a template must be seen to be given up.
+    """
+
+    units: Floats
+    ceiling: float
+    margin: float
+
+
 @no_type_check
 @njit(cache=True)
 def new_point(n, m):
@@ -235,8 +252,11 @@ def descend_once(data, point, trial, height, model, S, first):
 
 @no_type_check
 @njit(cache=True)
-def solve_one(data, point, trial, best, model, S, M, tolerance, limit):
-    """One template from the start in `point`; the answer is left in `best`. Returns iterations, F and gap."""
+def solve_one(data, point, trial, best, model, S, M, tolerance, limit, ceiling):
+    """One template from the start in `point`; the answer is left in `best`. Returns iterations, F and gap.
+
+    It is given up as soon as F - gap, a lower bound of F*, exceeds `ceiling`.
+    """
     best_F = best_gap = np.inf
     copy_point(point, best)
     if not evaluate(data, point, S, model):
@@ -250,7 +270,7 @@ def solve_one(data, point, trial, best, model, S, M, tolerance, limit):
             copy_point(point, best)
         if best_gap <= tolerance * best_F or best_gap <= 1e-15 * data.target:
             break
-        if iteration == limit or stalled > PATIENCE:
+        if iteration == limit or stalled > PATIENCE or best_F - best_gap > ceiling:
             break
         hessian(data, point, S, M, model)
         reached = descend_once(data, point, trial, height, model, S, iteration == 0)
@@ -285,10 +305,11 @@ def cold_start(data, point, A, model):
 
 @no_type_check
 @njit(cache=True)
-def solve_batch(G, K, C, targets, lambdas, answers, tolerance, limit, warm):
+def solve_batch(G, K, C, targets, lambdas, answers, tolerance, limit, warm, race):
     """Every template in turn; the t of one starts the next, unless `answers` holds the starts (`warm`).
 
-    G (n, n), K (m, n, n), C (p, n) = X o_j, targets (p,) = ||o_j||^2, lambdas (p, 3).
+    G (n, n), K (m, n, n), C (p, n) = X o_j, targets (p,) = ||o_j||^2, lambdas (p, 3). In a race, a template
+    is given up when it is seen to lie above `race.ceiling`, or above the lowest F of those before it.
     """
     p, n = C.shape
     m = K.shape[0]
@@ -299,6 +320,7 @@ def solve_batch(G, K, C, targets, lambdas, answers, tolerance, limit, warm):
     )  # fmt: skip
     S, M, last = np.empty((n, n)), np.empty((N, n)), np.zeros(m)
     point, trial, best = new_point(n, m), new_point(n, m), new_point(n, m)
+    ceiling = race.ceiling
     for j in range(p):
         data = Data(G, K, C[j], targets[j], lambdas[j, 0], lambdas[j, 1], lambdas[j, 2])
         if warm:
@@ -308,7 +330,10 @@ def solve_batch(G, K, C, targets, lambdas, answers, tolerance, limit, warm):
             cold_start(data, point, S, model)
             if last.max() > 0.0:
                 copy(last, point.t)
-        count, F, excess = solve_one(data, point, trial, best, model, S, M, tolerance, limit)
+        top = ceiling / race.units[j] if race.units.size else np.inf
+        count, F, excess = solve_one(data, point, trial, best, model, S, M, tolerance, limit, top)
+        if race.units.size:
+            ceiling = min(ceiling, F * race.units[j] * (1.0 + race.margin))
         answers.iterations[j], answers.gaps[j, 0], answers.gaps[j, 1] = count, F, excess
         copy(best.w, answers.W[j])
         copy(best.t, answers.T[j])

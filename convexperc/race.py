@@ -1,0 +1,71 @@
+"""Which template has the lowest optimum: the others are excluded by lower bounds, most of them unsolved.
+
+In a large library a few templates are solved first. A linear map fitted to their answers predicts a primal
+and a dual point for each of the others; whatever these are worth, `convexperc.reduced_bounds` makes proved
+bounds of them. What is left is solved in the order of its bounds, and only until it is excluded.
+"""
+
+import time
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from convexperc.run import Run
+from convexperc.solvers.newton import Batch
+
+SAMPLES = 4
+"""Templates solved for the prediction, for each unknown of a row of the linear map."""
+WORTH = 8
+"""Predict where the library has this many times the templates that are solved for it."""
+
+
+def race(run: Run) -> None:
+    """Leave in `run` at least one certified answer, and every other one certified or excluded by proof."""
+    ready = run.ready.nonzero()[0]
+    run.fall_back((~run.ready).nonzero()[0])
+    if ready.size:
+        order = ready[np.argsort(_estimate(run)[ready], kind="stable")]
+        samples = SAMPLES * (run.projection.C.shape[1] + 1)
+        if not run.warm and samples * WORTH <= ready.size:
+            chosen = _spread(order, samples)
+            run.advance(chosen)
+            _predict(run, chosen, np.setdiff1d(order, chosen, assume_unique=True))
+        lower, upper = run.intervals()
+        left = order[~run.certified()[order] & (lower[order] <= upper.min())]
+        run.advance(left[np.argsort(lower[left], kind="stable")], ceiling=float(upper.min()))
+    run.fall_back(_doubtful(run))
+
+
+def _doubtful(run: Run) -> Int[np.ndarray, " k"]:
+    """Templates that are neither excluded nor certified."""
+    lower, upper = run.intervals()
+    return np.flatnonzero((lower <= upper.min()) & ~run.certified())
+
+
+def _estimate(run: Run) -> Float[np.ndarray, " p"]:
+    """A guess at every F*, only to order the templates: ridge regression on the views."""
+    data = run.projection
+    n = data.C.shape[1]
+    ridge = data.shared.G + (run.normalised[run.ready][0, 0] + 1e-9 * n) * np.eye(n)
+    explained = np.einsum("pn,pn->p", data.C, np.linalg.solve(ridge, data.C.T).T)
+    return np.asarray(np.ldexp(data.targets - explained, 2 * data.exponents))
+
+
+def _spread(order: Int[np.ndarray, " p"], samples: int) -> Int[np.ndarray, " k"]:
+    """Half of the samples from the front of the order, half evenly from all of it."""
+    front = samples // 2
+    rest = np.linspace(front, order.size - 1, samples - front).astype(np.int64)
+    return np.concatenate([order[:front], order[rest]])
+
+
+def _predict(run: Run, known: Int[np.ndarray, " k"], others: Int[np.ndarray, " r"]) -> None:
+    """Bound the other templates by points that are predicted from the known ones."""
+    began, data, batch = time.perf_counter(), run.projection, run.batch
+    n = data.C.shape[1]
+    given = np.hstack([data.C, np.ones((data.C.shape[0], 1))])
+    found = np.hstack([batch.W[known], batch.Q[known]])
+    predicted = given[others] @ np.linalg.lstsq(given[known], found, rcond=None)[0]
+    W, Q = (np.ascontiguousarray(part) for part in (predicted[:, :n], predicted[:, n:]))
+    T = np.tile(batch.T[known].mean(axis=0), (others.size, 1))
+    run.prove(others, Batch(W, T, Q, np.zeros(others.size, dtype=np.int64)), thorough=False)
+    run.proving += time.perf_counter() - began

@@ -1,0 +1,224 @@
+"""One choice of the lambdas under way: which templates are solved, and what is proved of each so far."""
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from convexperc.answers import Answers, Stages
+from convexperc.arrays import nonnegative_number
+from convexperc.errors import PointError, ProblemError
+from convexperc.problem import Problem
+from convexperc.projection import Projection
+from convexperc.reduced_bounds import Bounds, judge
+from convexperc.solution import Solution
+from convexperc.solvers.interface import Solver
+from convexperc.solvers.newton import Batch, Newton, Start
+from convexperc.solvers.newton_kernel import Race
+from convexperc.solving import solve
+
+MARGIN = 1e-6
+"""A template is given up only this far, relatively, above the best one: it must be proved to lie above."""
+SHARE = 0.3
+"""Part of the tolerance that the solver is asked for; the rest is left to rounding."""
+
+Lambdas = tuple[float, float, float]
+Chosen = Int[np.ndarray, " chosen"]
+
+
+def read_lambdas(lambda1: Any, lambda2: Any, lambda3: Any) -> Lambdas:
+    """Return the three as finite floats >= 0."""
+    return (
+        nonnegative_number(lambda1, "lambda1"),
+        nonnegative_number(lambda2, "lambda2"),
+        nonnegative_number(lambda3, "lambda3"),
+    )
+
+
+@dataclass
+class Run:
+    """The state of p templates; grows until `answers` freezes it.
+
+    Attributes
+    ----------
+    projection : Projection
+    lambdas : (float, float, float)
+    normalised : float64 (p, 3)
+        The lambdas in each template's own units.
+    ready : bool (p,)
+        Where the reduced data may be used; the others are for `fall_back`.
+    batch : Batch
+        Normalised answers.
+    bounds : Bounds
+        Normalised.
+    singles : dict of int to Solution
+    """
+
+    projection: Projection
+    lambdas: Lambdas
+    normalised: Float[np.ndarray, "p 3"]
+    ready: Bool[np.ndarray, " p"]
+    batch: Batch
+    bounds: Bounds
+    relative_tolerance: float
+    absolute_tolerance: float
+    warm: bool
+    singles: dict[int, Solution] = field(default_factory=dict)
+    read: float = 0.0
+    solving: float = 0.0
+    proving: float = 0.0
+    falling_back: float = 0.0
+
+    @classmethod
+    def of(
+        cls,
+        projection: Projection,
+        lambdas: Lambdas,
+        relative_tolerance: float,
+        absolute_tolerance: float,
+        start: Answers | None = None,
+    ) -> "Run":
+        """Nothing is solved yet; `start` gives the first (w, t) of every template.
+
+        Raises
+        ------
+        ProblemError
+            `start` is of another size.
+        """
+        relative = nonnegative_number(relative_tolerance, "relative_tolerance", error=PointError)
+        absolute = nonnegative_number(absolute_tolerance, "absolute_tolerance", error=PointError)
+        (p, n), m = projection.C.shape, len(projection.modalities)
+        normalised, inside = projection.lambdas(lambdas)
+        batch = Batch(np.zeros((p, n)), np.zeros((p, m)), np.zeros((p, n)), np.zeros(p, dtype=np.int64))
+        run = cls(
+            projection, lambdas, normalised, projection.sound & inside, batch, Bounds.unknown(p, n, m),
+            relative, absolute, start is not None,
+        )  # fmt: skip
+        if start is not None:
+            run._start_from(start)
+        return run
+
+    def _start_from(self, start: Answers) -> None:
+        sizes = self.batch.W.shape, self.batch.T.shape
+        if (start.w.shape, start.modality_norms.shape) != sizes:
+            must = f"must be answers of {sizes[0]} views and {sizes[1]} modalities"
+            found = start.w.shape, start.modality_norms.shape
+            raise ProblemError("start", value=found, must=must, remedy="Start anew.")
+        x, k = self.projection.x, self.projection.exponents[:, None]
+        with np.errstate(over="ignore", under="ignore", divide="ignore", invalid="ignore"):
+            W = np.ldexp(start.w, x - k)
+            T = 2.0 * np.ldexp(start.modality_norms, 2 * x - k) / self.normalised[:, 2:]
+        self.batch.W[:] = np.where(np.isfinite(W), W, 0.0)
+        self.batch.T[:] = np.where(np.isfinite(T), T, 0.0)
+
+    def advance(self, chosen: Chosen, ceiling: float | None = None) -> None:
+        """Solve the chosen templates from the reduced data, and prove what can be proved.
+
+        With a `ceiling`, one that is seen to lie above it, or above an earlier one, is given up.
+        """
+        if chosen.size == 0:
+            return
+        began, data = time.perf_counter(), self.projection
+        n = data.C.shape[1]
+        shared = replace(data.reduction, K=data.shared.K, G=data.shared.G)
+        start = Start(self.batch.W[chosen], self.batch.T[chosen]) if self.warm else None
+        solver = Newton(tolerance=max(SHARE * self.relative_tolerance, 1e-13))
+        clipped = np.minimum(self.normalised[chosen], [np.inf, 4.0, 8.0 * n])
+        contest = None
+        if ceiling is not None:
+            largest = int(data.exponents.max())
+            units = np.ldexp(1.0, 2 * (data.exponents[chosen] - largest))
+            contest = Race(units, math.ldexp(ceiling, -2 * largest), MARGIN)
+        found = solver.batch(shared, data.C[chosen], data.targets[chosen], clipped, start, contest)
+        solved = time.perf_counter()
+        self.prove(chosen, found)
+        self.solving += solved - began
+        self.proving += time.perf_counter() - solved
+
+    def prove(self, chosen: Chosen, found: Batch, *, thorough: bool = True) -> None:
+        """Keep what is found for the chosen templates together with its bounds.
+
+        Without `thorough`, the first dual point is tried alone.
+        """
+        data = self.projection
+        bounds = Bounds.unknown(chosen.size, data.C.shape[1], len(data.modalities))
+        judge(
+            data.shared, data.C[chosen], data.targets[chosen], self.normalised[chosen],
+            found.W, found.T, found.Q, self.relative_tolerance if thorough else math.inf, bounds,
+        )  # fmt: skip
+        for mine, new in zip(self.bounds, bounds, strict=True):
+            mine[chosen] = new
+        for name in ("W", "T", "Q", "iterations"):
+            getattr(self.batch, name)[chosen] = getattr(found, name)
+
+    def finish(self) -> None:
+        """Solve every template to the end."""
+        self.advance(self.ready.nonzero()[0])
+        self.fall_back((~self.certified()).nonzero()[0])
+
+    def fall_back(self, chosen: Chosen, solver: Solver | None = None, *, escalate: bool = True) -> None:
+        """Solve the chosen templates one by one, on the original data."""
+        began, data = time.perf_counter(), self.projection
+        one, two, three = self.lambdas
+        first = None
+        for j in chosen.tolist():
+            o = data.template(j)
+            if first is None:
+                first = Problem(
+                    data.X, o, modalities=data.modalities, lambda1=one, lambda2=two, lambda3=three
+                )
+            self.singles[j] = solve(
+                first.for_template(o),
+                solver,
+                escalate=escalate,
+                relative_tolerance=self.relative_tolerance,
+                absolute_tolerance=self.absolute_tolerance,
+            )
+        self.falling_back += time.perf_counter() - began
+
+    def intervals(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
+        """Proved bounds of every F*, on the original data."""
+        lower, upper, _ = self._values()
+        return lower, upper
+
+    def certified(self) -> Bool[np.ndarray, " p"]:
+        """Which answers are proved to be within the tolerances."""
+        lower, _, gap = self._values()
+        relative, absolute = self.relative_tolerance, self.absolute_tolerance
+        close = (gap <= relative * lower) | (gap <= absolute * self.projection.squares(lower=True))
+        for j, solution in self.singles.items():
+            close[j] = solution.certificate.certified
+        return close
+
+    def _values(self) -> tuple[Float[np.ndarray, " p"], ...]:
+        """Lower, upper and gap on the original data; powers of two in the safe range are exact."""
+        shift = 2 * self.projection.exponents
+        lower, upper, gap = (
+            np.ldexp(x, shift) for x in (self.bounds.lower, self.bounds.upper, self.bounds.gap)
+        )
+        lower[~self.ready], upper[~self.ready], gap[~self.ready] = 0.0, np.inf, np.inf
+        upper = np.minimum(upper, self.projection.squares(lower=False))
+        for j, solution in self.singles.items():
+            proof = solution.certificate
+            lower[j], upper[j], gap[j] = proof.lower, proof.upper, proof.gap
+        return lower, upper, gap
+
+    def answers(self) -> Answers:
+        """Everything that is known, on the original data."""
+        data = self.projection
+        k = data.exponents[:, None]
+        lower, upper, gap = self._values()
+        w = np.ldexp(self.batch.W, k - data.x)
+        norms = np.ldexp(self.bounds.modality_norms, k - 2 * data.x)
+        views, modalities = self.bounds.zero_views, self.bounds.zero_modalities
+        for j, solution in self.singles.items():
+            w[j], norms[j] = solution.w, solution.modality_norms
+            views[j], modalities[j] = solution.certificate.zero_views, solution.certificate.zero_modalities
+        return Answers(
+            data, self.lambdas, w, norms, lower, upper, gap, views, modalities, self.batch,
+            self.singles, self.relative_tolerance, self.absolute_tolerance,
+            Stages(self.read, self.solving, self.proving, self.falling_back),
+        )  # fmt: skip
