@@ -275,9 +275,7 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     return found
 
 
-def _library(
-    X: Any, references: Any, names: Sequence[str] | None
-) -> tuple[tuple[str, ...], Float[np.ndarray, "d p"]]:
+def _library(X: Any, references: Any, names: Sequence[str] | None) -> tuple[tuple[str, ...], Any]:
     """The templates' names, all different, and their columns."""
     if isinstance(references, Mapping):
         if not references:

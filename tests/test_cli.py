@@ -208,7 +208,7 @@ def test_a_label_whose_own_answer_is_not_certified_is_exit_1(folders, monkeypatc
     assert "label    disc" in result.stdout, result.stdout
     assert "1 of 2 have a certified answer" in result.stdout, result.stdout
     place = "label" if doubtful == "disc" else "excluded"
-    assert re.search(rf"{doubtful} .* NO +{place}", result.stdout), result.stdout
+    assert re.search(rf"{doubtful} .* F\* only +{place}", result.stdout), result.stdout
 
 
 def test_recognize_wants_one_source_and_sound_options(folders, tmp_path, monkeypatch):

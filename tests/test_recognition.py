@@ -37,7 +37,7 @@ def test_the_label_of_separated_templates_is_proved():
     assert [t.name for t in found.templates] == list(OBJECTS)
     best = found.template()
     assert best.name == "car"
-    assert all(best.interval[1] < t.interval[0] for t in found.templates if t is not best), found.templates
+    assert all(best.interval[1] < t.interval[0] for t in found.templates if t.name != "car"), found.templates
     assert found.warnings == ()
 
 
