@@ -10,7 +10,6 @@ so that every solver may work on rows of norm about 1 and a target of norm about
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 
@@ -115,6 +114,14 @@ def _shifted(value: float, exponent: int) -> Bounds:
         moved = math.ldexp(value, exponent)
     except OverflowError:
         return LARGEST, math.inf
-    if not math.isfinite(moved) or Fraction(moved) == Fraction(value) * Fraction(2) ** exponent:
+    if not math.isfinite(moved) or _is_shifted(moved, value, exponent):
         return moved, moved
     return max(0.0, math.nextafter(moved, -math.inf)), math.nextafter(moved, math.inf)
+
+
+def _is_shifted(moved: float, value: float, exponent: int) -> bool:
+    """Whether moved = value * 2^exponent: only underflow rounds, and its undoing shows it."""
+    try:
+        return math.ldexp(moved, -exponent) == value
+    except OverflowError:
+        return False
