@@ -29,6 +29,9 @@ RELATIVE = 1e-8
 ABSOLUTE = 1e-14
 """Largest gap, as a share of ||o||^2, certified whatever F* is: about the rounding of float64 data."""
 
+ENOUGH = 2.0**-6
+"""A gap within this share of a tolerance ends the search for a better dual point."""
+
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
@@ -119,7 +122,7 @@ def certify(
         See `Certificate`.
     thorough : bool
         Try every dual point and report the best bounds. Without, the search ends with the first dual point
-        that certifies: the bounds are as good as the tolerances ask, not as good as can be.
+        that proves a gap within `ENOUGH` of a tolerance: good bounds, not the best.
 
     Returns
     -------
@@ -238,16 +241,16 @@ class Judge:
             if candidate.feasible:
                 found = proved_zeros(frame, candidate, up(upper - min(bound, upper)))
                 zeros = zeros[0] | found[0], zeros[1] | found[1]
-            if not self.thorough and self._within(_least(gap, point, lower), min(lower, upper)):
+            if not self.thorough and self._is_enough(_least(gap, point, lower), min(lower, upper)):
                 break
         gap = _least(gap, point, lower)
         return _Proof(min(lower, upper), upper, point.objective, gap, terms, dual, method, *zeros)
 
-    def _within(self, gap: float, lower: float) -> bool:
-        """Whether this gap certifies the point."""
-        if _quotient(gap, lower) <= self.relative_tolerance:
+    def _is_enough(self, gap: float, lower: float) -> bool:
+        """Whether this gap certifies the point with room to spare."""
+        if _quotient(gap, lower) <= ENOUGH * self.relative_tolerance:
             return True
-        return _quotient(gap, self.frame.target_square[0]) <= self.absolute_tolerance
+        return _quotient(gap, self.frame.target_square[0]) <= ENOUGH * self.absolute_tolerance
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,7 +68,7 @@ class Frame:
     @cached_property
     def absolute(self) -> Matrix:
         """|X|, entry by entry."""
-        return np.abs(self.X)
+        return np.asarray(np.abs(self.X))
 
     @cached_property
     def row_squares(self) -> Floats:
@@ -81,7 +81,7 @@ class Frame:
         """Upper bounds of the Frobenius norms ||X_i||_F, shape (m,)."""
         squares = self.groups.sums(np.einsum("ij,ij->j", self.X, self.X))
         squares = squares * (1.0 + 4 * (self.X.size + 8) * U) + self.X.size * UNDERFLOW
-        return np.nextafter(np.sqrt(squares), np.inf)
+        return np.asarray(np.nextafter(np.sqrt(squares), np.inf))
 
     @cached_property
     def smallest_singular_value(self) -> float:

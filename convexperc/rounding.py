@@ -10,6 +10,7 @@ Rump, Verification of positive definiteness, BIT 46 (2006).
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -151,9 +152,18 @@ class Groups:
     def of(cls, columns: tuple[slice | NDArray[np.int64], ...], sizes: tuple[int, ...]) -> "Groups":
         """Group by slices or by numbers."""
         stops = np.cumsum(sizes)
-        order = np.concatenate([np.r_[c] for c in columns])
-        natural = bool((order == np.arange(order.size)).all())
-        return cls(None if natural else order, stops - np.array(sizes), np.array(sizes, dtype=np.float64))
+        starts, lengths = stops - np.array(sizes), np.array(sizes, dtype=np.float64)
+        firsts = [c.start if isinstance(c, slice) and c.step in (None, 1) else -1 for c in columns]
+        if firsts == starts.tolist():
+            return cls(None, starts, lengths)
+        every = np.arange(stops[-1])
+        return cls(np.concatenate([every[c] for c in columns]), starts, lengths)
+
+    @cached_property
+    def rounding(self) -> Floats:
+        """`gamma` of one more than each size."""
+        k = self.sizes + 1.0
+        return k * U / (1.0 - k * U) * (1.0 + 8 * U)
 
     def sums(self, values: Floats) -> Floats:
         """The sum of each group."""
@@ -169,20 +179,20 @@ class Groups:
 
 def inner_by_group(x: Ball, y: Ball, groups: Groups) -> tuple[Floats, Floats]:
     """Enclose the inner product of each group, as `inner` does, into (lower, upper)."""
-    products = x.mid * y.mid
-    ax, ay = np.abs(x.mid), np.abs(y.mid)
-    mid, k = groups.sums(products), groups.sizes
-    rounding = (k + 1) * U / (1.0 - (k + 1) * U) * (1.0 + 8 * U)
-    rad = rounding * groups.sums(np.abs(products)) + groups.sums(ax * y.rad + x.rad * ay + x.rad * y.rad)
-    factor = 1.0 + 4 * (k + 12) * U
-    charged = np.nextafter((rad + (k + 1) * UNDERFLOW) * factor, np.inf)
-    nothing = ~(groups.any((ax != 0.0) | (x.rad != 0.0)) & groups.any((ay != 0.0) | (y.rad != 0.0)))
+    products, k = x.mid * y.mid, groups.sizes
+    mid, rad = groups.sums(products), groups.rounding * groups.sums(np.abs(products))
+    if x.rad.any() or y.rad.any():
+        ax, ay = np.abs(x.mid), np.abs(y.mid)
+        rad = rad + groups.sums(ax * y.rad + x.rad * ay + x.rad * y.rad)
+    charged = np.nextafter((rad + (k + 1.0) * UNDERFLOW) * (1.0 + 4 * (k + 12.0) * U), np.inf)
     lower, upper = np.nextafter(mid - charged, -np.inf), np.nextafter(mid + charged, np.inf)
-    known = np.isfinite(mid) & np.isfinite(charged)
-    return (
-        np.where(nothing, 0.0, np.where(known, lower, -np.inf)),
-        np.where(nothing, 0.0, np.where(known, upper, np.inf)),
-    )
+    if not np.isfinite(charged).all():
+        known = np.isfinite(mid) & np.isfinite(charged)
+        lower, upper = np.where(known, lower, -np.inf), np.where(known, upper, np.inf)
+    if not rad.all():
+        some = groups.any((x.mid != 0.0) | (x.rad != 0.0)) & groups.any((y.mid != 0.0) | (y.rad != 0.0))
+        lower, upper = np.where(some, lower, 0.0), np.where(some, upper, 0.0)
+    return lower, upper
 
 
 def norms_by_group(x: Ball, groups: Groups) -> tuple[Floats, Floats]:

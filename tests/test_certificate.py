@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rational import objective_bounds, smallest_scalar
 
-from convexperc.certificate import certify
+from convexperc.certificate import ENOUGH, certify
 from convexperc.duality import dual_value
 from convexperc.frame import Frame
 from convexperc.problem import Problem
@@ -207,3 +207,22 @@ def test_zeros_are_proved_of_every_optimum():
     assert found.w[0] > 0.1, found.w
     poor = certify(problem, [0.0, 0.0, 0.0], [0.0] * 4)
     assert not poor.zero_views[0], poor
+
+
+def test_the_search_ends_with_the_first_proof_unless_the_best_is_wanted():
+    random = np.random.default_rng(4)
+    X, o = random.normal(size=(3, 7)), random.normal(size=7)
+    problem = posed(X, o, (0.7, 0.2, 0.3), [3, 4])
+    found = solve(problem, Conic())
+    first, best = (certify(problem, found.w, found.u, thorough=thorough) for thorough in (False, True))
+    assert first.certified, first
+    assert first.method == "dual point 'slack', scaled", first.method
+    assert first.relative_gap <= ENOUGH * first.relative_tolerance, first
+    assert best.gap <= first.gap, (best.gap, first.gap)
+    assert best.lower >= first.lower, (best.lower, first.lower)
+    assert (best.zero_views >= first.zero_views).all(), (best.zero_views, first.zero_views)
+    away = [certify(problem, found.w + 0.1, found.u, thorough=thorough) for thorough in (False, True)]
+    assert not away[0].certified, away[0]
+    assert away[0].gap == away[1].gap, "what is not certified was tried with every dual point"
+    hard = {"relative_tolerance": 0.0, "absolute_tolerance": 0.0}
+    assert certify(problem, found.w, found.u, **hard).gap == best.gap
