@@ -66,7 +66,7 @@ def solve(
 
     Raises
     ------
-    SolverError
+    SolverError, ArithmeticError, numpy.linalg.LinAlgError
         The solver gave no point at all, and `escalate` is false.
     """
     if escalate is None:
@@ -80,7 +80,8 @@ def solve(
     )
     normalised = time.perf_counter()
     try:
-        candidate = solver.candidate(normal)
+        with np.errstate(all="ignore"):
+            candidate = solver.candidate(normal)
     except (SolverError, ArithmeticError, np.linalg.LinAlgError) as failure:
         if not escalate:
             raise
