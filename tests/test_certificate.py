@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rational import objective_bounds, smallest_scalar
 
-from convexperc.certificate import ENOUGH, certify
+from convexperc.certificate import ENOUGH, Judge, certify
 from convexperc.duality import dual_value
 from convexperc.frame import Frame
 from convexperc.problem import Problem
@@ -226,3 +226,16 @@ def test_the_search_ends_with_the_first_proof_unless_the_best_is_wanted():
     assert away[0].gap == away[1].gap, "what is not certified was tried with every dual point"
     hard = {"relative_tolerance": 0.0, "absolute_tolerance": 0.0}
     assert certify(problem, found.w, found.u, **hard).gap == best.gap
+
+
+def test_a_judge_judges_many_points_as_certify_does():
+    random = np.random.default_rng(4)
+    X, o = random.normal(size=(3, 7)), random.normal(size=7)
+    for lambdas in ((0.7, 0.2, 0.3), (0.7, 0.0, 0.0)):
+        problem = posed(X, o, lambdas, [3, 4])
+        judge = Judge.of(problem, thorough=True)
+        for _ in range(3):
+            w, u = random.normal(size=3), random.normal(size=7)
+            mine, plain = judge.certificate(w, u), certify(problem, w, u, thorough=True)
+            assert (mine.lower, mine.upper, mine.gap) == (plain.lower, plain.upper, plain.gap)
+            assert mine.method == plain.method, (mine.method, plain.method)

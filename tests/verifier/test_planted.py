@@ -215,6 +215,12 @@ MUTANTS: dict[str, Patch] = {
         ),
     ),
     "modality term left out of the gap": NO_MODALITY_ERROR,
+    "norms of the modalities taken as 0": wrapped(
+        frame, "norms_by_group", lambda bounds: (0.0 * bounds[0], 0.0 * bounds[1])
+    ),
+    "pull of the modalities doubled": wrapped(
+        duality, "inner_by_group", lambda bounds: (2.0 * bounds[0], 2.0 * bounds[1])
+    ),
     "coupling term left out of the gap": replaced(duality, "_coupling_term", lambda frame, point, dual: 0.0),
     "gap taken at half": wrapped(
         certificate, "gap_terms", lambda terms: replace(terms, loss=0.5 * terms.loss, view_norm=0.0)
@@ -230,6 +236,12 @@ MUTANTS: dict[str, Patch] = {
     ),
     "least squares off by a bit": wrapped(certificate, "exact_optimum", lambda x: x and x * (1 + 2**-40)),
 }
+
+
+def test_where_the_search_ends_decides_nothing(bench: list[Judged], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(certificate.Judge, "_is_enough", lambda judge, gap, lower: True)
+    found = contradictions(bench)
+    assert not found, found
 
 
 @pytest.mark.parametrize("name", MUTANTS)
