@@ -7,33 +7,30 @@ rounding included (`convexperc.rounding` says what is assumed of the machine).
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.arrays import FeatureVector, Vector, nonnegative_number, point_entries
-from convexperc.duality import DualPoint, Frame, GapTerms, candidates, dual_value, gap_terms
+from convexperc.duality import DualPoint, GapTerms, candidates, dual_value, gap_terms
 from convexperc.errors import PointError
 from convexperc.exact import exact_optimum
+from convexperc.frame import Frame
 from convexperc.optimum import modality_weight_bound, proved_zeros, view_weight_bound
+from convexperc.primal import PrimalPoint
 from convexperc.problem import Problem
-from convexperc.rounding import (
-    UNDERFLOW,
-    Ball,
-    down,
-    norm_bounds,
-    scaled_bounds,
-    squared_norm,
-    sum_bounds,
-    up,
-)
+from convexperc.rounding import UNDERFLOW, down, up
 from convexperc.scaling import Bounds, Scaling
 
 RELATIVE = 1e-8
 """Largest gap, as a share of F*, of a certified answer."""
 ABSOLUTE = 1e-14
 """Largest gap, as a share of ||o||^2, certified whatever F* is: about the rounding of float64 data."""
+
+ENOUGH = 2.0**-6
+"""A gap within this share of a tolerance ends the search for a better dual point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +105,7 @@ def certify(
     dual: tuple[Any, Any] | None = None,
     relative_tolerance: float = RELATIVE,
     absolute_tolerance: float = ABSOLUTE,
+    thorough: bool = False,
 ) -> Certificate:
     """Judge a point from anywhere.
 
@@ -122,6 +120,9 @@ def certify(
         it is scaled into the feasible set, or charged for its excess.
     relative_tolerance, absolute_tolerance : float
         See `Certificate`.
+    thorough : bool
+        Try every dual point and report the best bounds. Without, the search ends with the first dual point
+        that proves a gap within `ENOUGH` of a tolerance: good bounds, not the best.
 
     Returns
     -------
@@ -132,72 +133,124 @@ def certify(
     PointError
         A wrong shape, entries that are not real numbers, or a tolerance that is not a finite number >= 0.
     """
-    relative_tolerance = nonnegative_number(relative_tolerance, "relative_tolerance", error=PointError)
-    absolute_tolerance = nonnegative_number(absolute_tolerance, "absolute_tolerance", error=PointError)
-    scaling = Scaling.of(problem)
-    frame = Frame.of(problem, scaling)
-    point = point_entries(w, problem.n, "w", finite=False), point_entries(u, problem.d, "u", finite=False)
-    hint = None
-    if dual is not None:
-        hint = scaling.dual(
-            point_entries(dual[0], problem.d, "a", finite=False),
-            point_entries(dual[1], problem.n, "b", finite=False),
-        )
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        proof = _prove(problem, frame, scaling, _Point.of(frame, scaling, *point), hint)
-    target = squared_norm(frame.target)[0]
-    lower, upper = scaling.value_back((proof.lower, proof.upper))
-    return Certificate(
-        lower=lower,
-        upper=upper,
-        target=scaling.value_back((target, target))[0],
-        objective=scaling.value_back(proof.objective),
-        gap=scaling.value_back((0.0, proof.gap))[1],
-        relative_gap=_quotient(proof.gap, proof.lower),
-        share_of_target=_quotient(proof.gap, target),
+    judge = Judge.of(
+        problem,
         relative_tolerance=relative_tolerance,
         absolute_tolerance=absolute_tolerance,
-        terms=proof.terms,
-        dual=proof.dual,
-        method=proof.method,
-        zero_views=proof.zero_views,
-        zero_modalities=proof.zero_modalities,
+        thorough=thorough,
     )
+    return judge.certificate(w, u, dual=dual)
 
 
 @dataclass(frozen=True, eq=False)
-class _Point:
-    """A primal point in normalised units, with bounds of F there."""
+class Judge:
+    """One problem, made ready to judge any number of points.
 
-    w: Ball
-    u: Ball
-    finite: bool
-    objective: Bounds
+    Attributes
+    ----------
+    problem : Problem
+    scaling : Scaling
+    frame : Frame
+    relative_tolerance, absolute_tolerance : float
+        See `Certificate`.
+    thorough : bool
+        See `certify`.
+    """
+
+    problem: Problem
+    scaling: Scaling
+    frame: Frame
+    relative_tolerance: float
+    absolute_tolerance: float
+    thorough: bool
 
     @classmethod
-    def of(cls, frame: Frame, scaling: Scaling, w: Vector, u: FeatureVector) -> "_Point":
-        w_, u_ = scaling.point(w, u)
-        finite = bool(np.isfinite(w_).all() and np.isfinite(u_).all())
-        if not finite:
-            return cls(Ball.exact(np.zeros_like(w)), Ball.exact(np.zeros_like(u)), False, (0.0, math.inf))
-        balls = _allowing_underflow(w_, w), _allowing_underflow(u_, u)
-        lower, upper = _objective(frame, *balls)
-        return cls(*balls, True, (0.0, math.inf) if math.isnan(upper) else (max(0.0, lower), upper))
+    def of(
+        cls,
+        problem: Problem,
+        scaling: Scaling | None = None,
+        *,
+        relative_tolerance: float = RELATIVE,
+        absolute_tolerance: float = ABSOLUTE,
+        thorough: bool = False,
+    ) -> "Judge":
+        """Normalise the problem; arguments and errors as of `certify`."""
+        relative = nonnegative_number(relative_tolerance, "relative_tolerance", error=PointError)
+        absolute = nonnegative_number(absolute_tolerance, "absolute_tolerance", error=PointError)
+        scaling = Scaling.of(problem) if scaling is None else scaling
+        return cls(problem, scaling, Frame.of(problem, scaling), relative, absolute, thorough)
 
+    def certificate(self, w: Any, u: Any, *, dual: tuple[Any, Any] | None = None) -> Certificate:
+        """Judge one point; arguments and errors as of `certify`."""
+        n, d = self.problem.n, self.problem.d
+        point = point_entries(w, n, "w", finite=False), point_entries(u, d, "u", finite=False)
+        hint = None
+        if dual is not None:
+            hint = self.scaling.dual(
+                point_entries(dual[0], d, "a", finite=False), point_entries(dual[1], n, "b", finite=False)
+            )
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            proof = self._prove(PrimalPoint.of(self.frame, self.scaling, *point), hint)
+        lower, upper = self.scaling.value_back((proof.lower, proof.upper))
+        target = self.frame.target_square[0]
+        return Certificate(
+            lower=lower,
+            upper=upper,
+            target=self.scaling.value_back((target, target))[0],
+            objective=self.scaling.value_back(proof.objective),
+            gap=self.scaling.value_back((0.0, proof.gap))[1],
+            relative_gap=_quotient(proof.gap, proof.lower),
+            share_of_target=_quotient(proof.gap, target),
+            relative_tolerance=self.relative_tolerance,
+            absolute_tolerance=self.absolute_tolerance,
+            terms=proof.terms,
+            dual=proof.dual,
+            method=proof.method,
+            zero_views=proof.zero_views,
+            zero_modalities=proof.zero_modalities,
+        )
 
-def _allowing_underflow(scaled: NDArray[np.float64], given: NDArray[np.float64]) -> Ball:
-    """Entries so small that scaling may have rounded them, even to 0, get the radius of that rounding."""
-    return Ball(scaled, np.where((np.abs(scaled) < 2.0**-1000) & (given != 0.0), UNDERFLOW, 0.0))
+    @cached_property
+    def exact(self) -> Bounds | None:
+        """Bounds of the exact optimum of the equality case, normalised; None in other cases."""
+        optimum = exact_optimum(self.problem)
+        if optimum is None:
+            return None
+        value = optimum / Fraction(2) ** (2 * self.scaling.o)
+        nearest = float(value)
+        return (
+            nearest if Fraction(nearest) <= value else max(0.0, down(nearest)),
+            nearest if Fraction(nearest) >= value else up(nearest),
+        )
 
+    def _prove(self, point: PrimalPoint, hint: tuple[FeatureVector, Vector] | None) -> "_Proof":
+        """Take the best of the bounds: F >= 0, the exact one of the equality case, the dual points'."""
+        frame = self.frame
+        upper = min(point.objective[1], frame.target_square[1])
+        lower, gap, terms, dual, method = 0.0, point.objective[1], None, None, "F >= 0"
+        zeros = np.zeros(point.w.mid.shape, dtype=bool), np.zeros(len(frame.modalities), dtype=bool)
+        if self.exact is not None:
+            upper = min(upper, self.exact[1])
+            lower, method = self.exact[0], "exact least squares over the rationals"
+            gap = max(0.0, up(point.objective[1] - lower))
+        for candidate in candidates(frame, point, hint):
+            bound, total, parts = _judged(frame, point, candidate, upper)
+            lower = max(lower, bound)
+            if total < gap:
+                gap, terms, dual, method = total, parts, candidate, _method(candidate)
+            if candidate.feasible:
+                found = proved_zeros(frame, candidate, up(upper - min(bound, upper)))
+                zeros = zeros[0] | found[0], zeros[1] | found[1]
+            if not self.thorough and self._is_enough(_least(gap, point, lower), min(lower, upper)):
+                break
+        gap = _least(gap, point, lower)
+        return _Proof(min(lower, upper), upper, point.objective, gap, terms, dual, method, *zeros)
 
-def _objective(frame: Frame, w: Ball, u: Ball) -> Bounds:
-    """Enclose F(w, u)."""
-    loss = squared_norm(frame.times_columns(w).plus(frame.target, -1.0))
-    coupling = scaled_bounds(frame.lambda1, squared_norm(frame.times_rows(u).plus(w, -1.0)))
-    length = sum_bounds(*((max(0.0, abs(m) - r), abs(m) + r) for m, r in zip(w.mid, w.rad, strict=True)))
-    norms = sum_bounds(*(norm_bounds(Ball(u.mid[c], u.rad[c])) for c in frame.modalities))
-    views, modalities = scaled_bounds(frame.lambda2, length), scaled_bounds(frame.lambda3, norms)
-    return sum_bounds(loss, coupling, views, modalities)
+    def _is_enough(self, gap: float, lower: float) -> bool:
+        """Whether this gap certifies the point with room to spare."""
+        if _quotient(gap, lower) <= ENOUGH * self.relative_tolerance:
+            return True
+        return _quotient(gap, self.frame.target_square[0]) <= ENOUGH * self.absolute_tolerance
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,57 +268,21 @@ class _Proof:
     zero_modalities: NDArray[np.bool_]
 
 
-def _prove(
-    problem: Problem,
-    frame: Frame,
-    scaling: Scaling,
-    point: _Point,
-    hint: tuple[FeatureVector, Vector] | None,
-) -> _Proof:
-    """Take the best of all bounds: F >= 0, the exact one of the equality case, and every dual point's."""
-    upper = min(point.objective[1], squared_norm(frame.target)[1])
-    lower, gap, terms, dual, method = 0.0, point.objective[1], None, None, "F >= 0"
-    zeros = np.zeros(point.w.mid.shape, dtype=bool), np.zeros(len(frame.modalities), dtype=bool)
-    exact = _exact_bounds(problem, scaling)
-    if exact is not None:
-        upper = min(upper, exact[1])
-        lower, method = exact[0], "exact least squares over the rationals"
-        gap = max(0.0, up(point.objective[1] - lower))
-    for candidate in candidates(frame, point.w.mid, point.u.mid, hint):
-        bound, total, parts = _judged(frame, point, candidate, upper)
-        lower = max(lower, bound)
-        if total < gap:
-            gap, terms, dual, method = total, parts, candidate, _method(candidate)
-        if candidate.feasible:
-            found = proved_zeros(frame, candidate, up(upper - min(bound, upper)))
-            zeros = zeros[0] | found[0], zeros[1] | found[1]
-    gap = min(gap, max(0.0, up(point.objective[1] - lower)))
-    return _Proof(min(lower, upper), upper, point.objective, gap, terms, dual, method, *zeros)
-
-
-def _exact_bounds(problem: Problem, scaling: Scaling) -> Bounds | None:
-    """Enclose the exact optimum of the equality case."""
-    exact = exact_optimum(problem)
-    if exact is None:
-        return None
-    value = exact / Fraction(2) ** (2 * scaling.o)
-    nearest = float(value)
-    return (
-        nearest if Fraction(nearest) <= value else max(0.0, down(nearest)),
-        nearest if Fraction(nearest) >= value else up(nearest),
-    )
+def _least(gap: float, point: PrimalPoint, lower: float) -> float:
+    """The smaller of a gap and F(w, u) - lower."""
+    return min(gap, max(0.0, up(point.objective[1] - lower)))
 
 
 def _judged(
-    frame: Frame, point: _Point, candidate: DualPoint, upper: float
+    frame: Frame, point: PrimalPoint, candidate: DualPoint, upper: float
 ) -> tuple[float, float, GapTerms | None]:
     """Lower bound of F*, upper bound of F(w, u) - F*, and the gap's terms, from one dual point."""
     cost = 0.0 if candidate.feasible else _cost(frame, candidate, upper)
-    lower = dual_value(frame, candidate)[0]
+    lower = dual_value(candidate)[0]
     lower = down(lower - cost) if cost else lower
     if not point.finite:
         return lower, math.inf, None
-    parts = gap_terms(frame, point.w, point.u, candidate)
+    parts = gap_terms(frame, point, candidate)
     total = up(parts.total + cost) if cost else parts.total
     if not math.isfinite(total):
         return lower, math.inf, None
@@ -277,9 +294,8 @@ def _cost(frame: Frame, candidate: DualPoint, upper: float) -> float:
     cost = 0.0
     if candidate.excess_views != 0.0:
         cost = up(candidate.excess_views * view_weight_bound(frame, upper))
-    worst = float(np.max(candidate.excess_modalities))
-    if worst != 0.0:
-        cost = up(cost + up(worst * modality_weight_bound(frame, upper)))
+    if candidate.excess_modalities != 0.0:
+        cost = up(cost + up(candidate.excess_modalities * modality_weight_bound(frame, upper)))
     return math.inf if math.isnan(cost) else up(cost) + UNDERFLOW
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from convexperc.duality import Frame
+from convexperc.frame import Frame
 from convexperc.problem import Problem
 from convexperc.rounding import down, up
 from convexperc.scaling import Bounds, Scaling

@@ -16,75 +16,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from convexperc.arrays import FeatureVector, Matrix, Vector
+from convexperc.arrays import FeatureVector, Vector
 from convexperc.exact import into_left_null_space
-from convexperc.modalities import Modalities
-from convexperc.objective import residuals
-from convexperc.problem import Problem
+from convexperc.frame import Frame
+from convexperc.primal import PrimalPoint
 from convexperc.rounding import (
     Ball,
+    Floats,
     U,
     down,
     inner,
-    norm_bounds,
-    product,
+    inner_by_group,
     scaled_bounds,
     squared_norm,
     sum_bounds,
     up,
 )
-from convexperc.scaling import Bounds, Scaling
+from convexperc.scaling import Bounds
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
-    """The normalised data of one problem, with what is known of its rounding.
-
-    Attributes
-    ----------
-    X, o : float64 (n, d) and (d,)
-        Normalised data, each entry within `entry_error`.
-    lambda1, lambda2, lambda3 : (lower, upper)
-        Normalised lambdas. The lower ones make dual points, the upper ones bound F from above: a smaller
-        lambda can only lower the optimum.
-    """
-
-    X: Matrix
-    o: FeatureVector
-    modalities: Modalities
-    lambda1: Bounds
-    lambda2: Bounds
-    lambda3: Bounds
-    entry_error: float
-
-    @classmethod
-    def of(cls, problem: Problem, scaling: Scaling) -> "Frame":
-        """Normalise `problem` by `scaling`."""
-        X, o, error = scaling.data(problem)
-        one, two, three = scaling.lambdas(problem)
-        return cls(X, o, problem.modalities, one, two, three, error)
-
-    @property
-    def target(self) -> Ball:
-        """O with its entry error."""
-        return Ball(self.o, np.full(self.o.shape, self.entry_error))
-
-    def times_rows(self, x: Ball) -> Ball:
-        """X x for x of shape (d,)."""
-        return product(self.X, x, self.entry_error)
-
-    def times_columns(self, x: Ball) -> Ball:
-        """X' x for x of shape (n,)."""
-        return product(self.X.T, x, self.entry_error)
-
-    def modality_norms(self, x: Ball) -> list[Bounds]:
-        """Bounds of the 2-norm of each modality's part of x of shape (d,)."""
-        return [norm_bounds(Ball(x.mid[c], x.rad[c])) for c in self.modalities]
-
-
-@dataclass(frozen=True, eq=False)
-class DualPoint:
-    """A dual point s (a, b) with its excess over each constraint; feasible where the excess is 0.
+class Ray:
+    """A dual point (a, b) before it is scaled.
 
     Attributes
     ----------
@@ -93,32 +46,73 @@ class DualPoint:
     a : float64 (d,)
     b, v : Ball of shape (n,)
         v = X a - b.
-    scale : float
-        s >= 0, applied to a, b and v.
-    excess_views : float
-        Upper bound of max_j (|s v_j| - lambda2)+.
-    excess_modalities : tuple of float
-        Upper bounds of (||X_i' s b|| - lambda3)+.
+    pull : Ball of shape (d,)
+        X'b.
+    norms : float64 (m,)
+        Upper bounds of ||X_i' b||.
+    linear, quadratic : (lower, upper)
+        D(s a, s b) = s linear - s^2 quadratic.
     """
 
     kind: str
     a: FeatureVector
     b: Ball
     v: Ball
+    pull: Ball
+    norms: Floats
+    linear: Bounds
+    quadratic: Bounds
+
+
+@dataclass(frozen=True, eq=False)
+class DualPoint:
+    """A dual point s (a, b) with its excess over each kind of constraint; feasible where both are 0.
+
+    Attributes
+    ----------
+    ray : Ray
+    scale : float
+        s >= 0, applied to a, b and v.
+    excess_views : float
+        Upper bound of max_j (|s v_j| - lambda2)+.
+    excess_modalities : float
+        Upper bound of max_i (||X_i' s b|| - lambda3)+.
+    """
+
+    ray: Ray
     scale: float
     excess_views: float
-    excess_modalities: tuple[float, ...]
+    excess_modalities: float
+
+    @property
+    def kind(self) -> str:
+        """How it was made."""
+        return self.ray.kind
+
+    @property
+    def a(self) -> FeatureVector:
+        """Before scaling."""
+        return self.ray.a
+
+    @property
+    def b(self) -> Ball:
+        """Before scaling."""
+        return self.ray.b
+
+    @property
+    def v(self) -> Ball:
+        """X a - b, before scaling."""
+        return self.ray.v
 
     @property
     def feasible(self) -> bool:
         """True when no constraint is exceeded, proved."""
-        return self.excess_views == 0.0 and not any(self.excess_modalities)
+        return self.excess_views == 0.0 and self.excess_modalities == 0.0
 
 
-def dual_value(frame: Frame, point: DualPoint) -> Bounds:
+def dual_value(point: DualPoint) -> Bounds:
     """Enclose D(s a, s b) = -s a'o - s^2 (||a||^2/4 + ||b||^2/(4 lambda1))."""
-    linear, quadratic = _value_parts(frame, point.a, point.b)
-    s = point.scale
+    linear, quadratic, s = point.ray.linear, point.ray.quadratic, point.scale
     square = up(s * s), max(0.0, down(s * s))
     low = down(s * linear[0]) - up(square[0] * quadratic[1])
     high = up(s * linear[1]) - max(0.0, down(square[1] * quadratic[0]))
@@ -140,87 +134,83 @@ def _value_parts(frame: Frame, a: FeatureVector, b: Ball) -> tuple[Bounds, Bound
 
 
 def candidates(
-    frame: Frame, w: Vector, u: FeatureVector, hint: tuple[FeatureVector, Vector] | None
+    frame: Frame, point: PrimalPoint, hint: tuple[FeatureVector, Vector] | None
 ) -> Iterator[DualPoint]:
-    """Every dual point that (w, u), and a solver's own dual (a, b) if given, suggest.
+    """Every dual point that (w, u), and a solver's own dual (a, b) if given, suggest; the likeliest first.
 
     Paper symbols: a = 2(X'w - o), b = 2 lambda1 (Xu - w). The kinds:
 
     ``slack``     v = X a - b cut to [-lambda2, lambda2];
     ``sign``      v_j = -lambda2 sign(w_j) where w_j is not 0, else as in ``slack``;
     ``coupling``  b itself, each shrunk until ||X_i' b|| <= lambda3;
-    ``null``      b moved exactly into {X'b = 0}, the only choice for lambda3 = 0 besides b = 0;
-    ``uncoupled`` b = 0.
+    ``uncoupled`` b = 0;
+    ``null``      b moved exactly into {X'b = 0}, the only choice for lambda3 = 0 besides b = 0.
     """
-    problem = _plain(frame)
-    p, q = residuals(problem, w, u)
-    pairs = [(2.0 * p, 2.0 * frame.lambda1[0] * q)]
+    pairs = [(2.0 * point.p.mid, 2.0 * frame.lambda1[0] * point.q.mid)]
     if hint is not None:
         pairs.append(hint)
     for a, b in pairs:
-        if not (np.isfinite(a).all() and np.isfinite(b).all()):
-            continue
-        Xa = frame.times_rows(Ball.exact(a))
-        if frame.lambda1[0] > 0.0 and frame.lambda3[0] > 0.0:
-            limit = frame.lambda2[0]
-            cut = np.clip(Xa.mid - b, -limit, limit)
-            yield from _with_slack(frame, "slack", a, Xa, cut)
-            yield from _with_slack(frame, "sign", a, Xa, np.where(w == 0, cut, -limit * np.sign(w)))
-            yield from _with_coupling(frame, "coupling", a, Xa, _shrunk(frame, b))
-        if frame.lambda1[0] > 0.0 and frame.lambda3[0] == 0.0:
-            null = into_left_null_space(frame.X, b) if frame.entry_error == 0.0 else None
-            if null is not None:
-                yield from _with_coupling(frame, "null", a, Xa, null, norms=0.0)
-        yield from _with_coupling(frame, "uncoupled", a, Xa, Ball.exact(np.zeros_like(b)), norms=0.0)
+        if np.isfinite(a).all() and np.isfinite(b).all():
+            yield from _of_pair(frame, point, a, b)
 
 
-def _plain(frame: Frame) -> Problem:
-    one, two, three = frame.lambda1[0], frame.lambda2[0], frame.lambda3[0]
-    return Problem(frame.X, frame.o, modalities=frame.modalities, lambda1=one, lambda2=two, lambda3=three)
+def _of_pair(frame: Frame, point: PrimalPoint, a: FeatureVector, b: Vector) -> Iterator[DualPoint]:
+    """The kinds that one pair (a, b) suggests; each is worked out only when it is asked for."""
+    w, coupled = point.w.mid, frame.lambda1[0] > 0.0
+    Xa = frame.times_rows(Ball.exact(a))
+    if coupled and frame.lambda3[0] > 0.0:
+        limit = frame.lambda2[0]
+        cut = np.clip(Xa.mid - b, -limit, limit)
+        signed = np.where(w == 0, cut, -limit * np.sign(w))
+        yield from _scaled(frame, _with_slack(frame, "slack", a, Xa, cut))
+        if not np.array_equal(signed, cut):
+            yield from _scaled(frame, _with_slack(frame, "sign", a, Xa, signed))
+        yield from _scaled(frame, _with_coupling(frame, "coupling", a, Xa, _shrunk(frame, b)))
+    yield from _scaled(frame, _with_coupling(frame, "uncoupled", a, Xa, Ball.exact(np.zeros_like(b))))
+    if coupled and frame.lambda3[0] == 0.0:
+        null = into_left_null_space(frame.X, b) if frame.entry_error == 0.0 else None
+        if null is not None:
+            yield from _scaled(frame, _with_coupling(frame, "null", a, Xa, null))
 
 
-def _with_slack(frame: Frame, kind: str, a: FeatureVector, Xa: Ball, v: Vector) -> Iterator[DualPoint]:
+def _with_slack(frame: Frame, kind: str, a: FeatureVector, Xa: Ball, v: Vector) -> Ray:
     """B := X a - v for floats |v| <= lambda2."""
     b = Xa.plus(Ball.exact(v), -1.0)
-    norms = [high for _, high in frame.modality_norms(frame.times_columns(b))]
-    yield from _scaled(frame, kind, a, b, Ball.exact(v), norms)
+    pull = frame.times_columns(b)
+    norms = frame.modality_norms(pull)[1]
+    return Ray(kind, a, b, Ball.exact(v), pull, norms, *_value_parts(frame, a, b))
 
 
-def _with_coupling(
-    frame: Frame, kind: str, a: FeatureVector, Xa: Ball, b: Ball, norms: float | None = None
-) -> Iterator[DualPoint]:
-    """V := X a - b for a chosen b; `norms` = 0 where X'b = 0 is known exactly."""
-    v = Xa.plus(b, -1.0)
-    if norms is None:
-        found = [high for _, high in frame.modality_norms(frame.times_columns(b))]
+def _with_coupling(frame: Frame, kind: str, a: FeatureVector, Xa: Ball, b: Ball) -> Ray:
+    """V := X a - b for a chosen b; X'b = 0 is known exactly of the kinds ``uncoupled`` and ``null``."""
+    if kind == "coupling":
+        pull = frame.times_columns(b)
+        norms = frame.modality_norms(pull)[1]
     else:
-        found = [norms] * len(frame.modalities)
-    yield from _scaled(frame, kind, a, b, v, found)
+        pull, norms = Ball.exact(np.zeros_like(a)), np.zeros(len(frame.modalities))
+    return Ray(kind, a, b, Xa.plus(b, -1.0), pull, norms, *_value_parts(frame, a, b))
 
 
 def _shrunk(frame: Frame, b: Vector) -> Ball:
     """B times the largest factor <= 1 that keeps every ||X_i' b|| <= lambda3."""
-    norms = [high for _, high in frame.modality_norms(frame.times_columns(Ball.exact(b)))]
-    worst = max(norms)
+    worst = float(frame.modality_norms(frame.times_columns(Ball.exact(b)))[1].max())
     if worst <= frame.lambda3[0]:
         return Ball.exact(b)
     return Ball.exact(b * (frame.lambda3[0] / worst * (1.0 - 64 * U)))
 
 
-def _scaled(
-    frame: Frame, kind: str, a: FeatureVector, b: Ball, v: Ball, norms: list[float]
-) -> Iterator[DualPoint]:
+def _scaled(frame: Frame, ray: Ray) -> Iterator[DualPoint]:
     """The point scaled into the feasible set, and the unscaled one with its excess if it has any."""
-    linear, quadratic = _value_parts(frame, a, b)
+    linear, quadratic = ray.linear, ray.quadratic
     if not (math.isfinite(linear[0]) and math.isfinite(quadratic[1])):
         return
     best = 0.5 * (linear[0] + linear[1]) / (2.0 * quadratic[1]) if quadratic[1] > 0.0 else 1.0
-    worst = float(v.magnitude().max())
-    room = min(_ratio(frame.lambda2[0], worst), *(_ratio(frame.lambda3[0], norm) for norm in norms))
+    view, modality = float(ray.v.magnitude().max()), float(ray.norms.max())
+    room = min(_ratio(frame.lambda2[0], view), _ratio(frame.lambda3[0], modality))
     for s in dict.fromkeys((min(best, room), min(best, 1.0))):
         if s > 0.0:
-            views = _excess(s, worst, frame.lambda2[0])
-            yield DualPoint(kind, a, b, v, s, views, tuple(_excess(s, x, frame.lambda3[0]) for x in norms))
+            views, modalities = _excess(s, view, frame.lambda2[0]), _excess(s, modality, frame.lambda3[0])
+            yield DualPoint(ray, s, views, modalities)
 
 
 def _ratio(limit: float, norm: float) -> float:
@@ -259,39 +249,37 @@ class GapTerms:
         )[1]
 
 
-def gap_terms(frame: Frame, w: Ball, u: Ball, point: DualPoint) -> GapTerms:
+def gap_terms(frame: Frame, point: PrimalPoint, dual: DualPoint) -> GapTerms:
     """Bound F(w,u) - D(s a, s b) from above without subtracting F and D."""
-    s = point.scale
-    p = frame.times_columns(w).plus(frame.target, -1.0)
-    loss = squared_norm(p.plus(Ball.exact(point.a).times(0.5 * s), -1.0))[1]
-    v = point.v.times(s)
+    s, w = dual.scale, point.w
+    loss = squared_norm(point.p.plus(Ball.exact(dual.a).times(0.5 * s), -1.0))[1]
+    v = dual.v.times(s)
     toward = np.where(w.rad > 0.0, np.abs(v.mid), np.sign(w.mid) * v.mid)
     room = frame.lambda2[1] + toward
     rounding = v.rad + 4 * U * (np.abs(v.mid) + frame.lambda2[1])
     views = inner(Ball.exact(w.magnitude()), Ball(np.maximum(room, 0.0), rounding))[1]
     return GapTerms(
-        loss, _coupling_term(frame, w, u, point), max(0.0, views), _modality_term(frame, u, point)
+        loss, _coupling_term(frame, point, dual), max(0.0, views), _modality_term(frame, point, dual)
     )
 
 
-def _coupling_term(frame: Frame, w: Ball, u: Ball, point: DualPoint) -> float:
+def _coupling_term(frame: Frame, point: PrimalPoint, dual: DualPoint) -> float:
     """lambda1 ||q - s b/(2 lambda1)||^2, with b = 0 where lambda1 = 0."""
-    q = frame.times_rows(u).plus(w, -1.0)
+    q = point.q
     low, high = frame.lambda1
     if low > 0.0:
-        half = point.b.times(point.scale).times(0.5 / low)
+        half = dual.b.times(dual.scale).times(0.5 / low)
         spread = (8 * U + (high - low) / low) * half.magnitude()
         q = q.plus(Ball(half.mid, half.rad + spread), -1.0)
     return scaled_bounds(frame.lambda1, squared_norm(q))[1]
 
 
-def _modality_term(frame: Frame, u: Ball, point: DualPoint) -> float:
+def _modality_term(frame: Frame, point: PrimalPoint, dual: DualPoint) -> float:
     """sum_i (lambda3 ||u^i|| + u^i' X_i' s b), each summand cut at 0 from below."""
-    total = 0.0
-    Xb = frame.times_columns(point.b.times(point.scale))
-    for c in frame.modalities:
-        part, pull = Ball(u.mid[c], u.rad[c]), Ball(Xb.mid[c], Xb.rad[c])
-        if part.mid.any() or part.rad.any():
-            both = sum_bounds(scaled_bounds(frame.lambda3, norm_bounds(part)), inner(part, pull))
-            total = up(total + max(0.0, both[1]))
+    total, pull = 0.0, dual.ray.pull.times(dual.scale)
+    products = inner_by_group(point.u, pull, frame.groups)[1].tolist()
+    for length, product in zip(point.lengths[1].tolist(), products, strict=True):
+        if length:
+            norm = scaled_bounds(frame.lambda3, (0.0, length))[1]
+            total = up(total + max(0.0, up(norm + product)))
     return total

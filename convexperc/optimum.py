@@ -5,8 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.duality import DualPoint, Frame
-from convexperc.rounding import Ball, down, norm_bounds, smallest_singular_value, squared_norm, up
+from convexperc.duality import DualPoint
+from convexperc.frame import Frame
+from convexperc.rounding import UNDERFLOW, U, up
 
 
 def view_weight_bound(frame: Frame, upper: float) -> float:
@@ -26,8 +27,7 @@ def view_weight_bound(frame: Frame, upper: float) -> float:
     float
         Infinite where neither bound applies.
     """
-    length = norm_bounds(frame.target)[1]
-    sigma = smallest_singular_value(frame.X, frame.entry_error)
+    length, sigma = up(math.sqrt(frame.target_square[1])), frame.smallest_singular_value
     by_rank = (
         up(up(math.sqrt(frame.X.shape[0])) * length / sigma * (1.0 + 2.0**-50)) if sigma > 0.0 else math.inf
     )
@@ -42,7 +42,7 @@ def modality_weight_bound(frame: Frame, upper: float) -> float:
 def _by_lambda(frame: Frame, upper: float, weight: float) -> float:
     if weight == 0.0:
         return math.inf
-    return up(min(upper, 0.5 * squared_norm(frame.target)[1]) / weight)
+    return up(min(upper, 0.5 * frame.target_square[1]) / weight)
 
 
 def proved_zeros(frame: Frame, point: DualPoint, gap: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -71,12 +71,10 @@ def proved_zeros(frame: Frame, point: DualPoint, gap: float) -> tuple[NDArray[np
     """
     root = up(2.0 * up(math.sqrt(max(gap, 0.0))))
     coupling = frame.lambda1[1]
-    reach = np.array([up(math.sqrt(up(squared_norm(Ball.exact(row))[1] + coupling))) for row in frame.X])
-    views = (point.v.magnitude() * point.scale + root * reach) * (1.0 + 2.0**-48) < frame.lambda2[0]
-    norms = frame.modality_norms(frame.times_columns(point.b))
-    modalities = np.zeros(len(norms), dtype=bool)
-    for i, ((_, norm), columns) in enumerate(zip(norms, frame.modalities, strict=True)):
-        size = norm_bounds(Ball.exact(frame.X[:, columns].ravel()))[1]
-        spread = up(up(root * up(math.sqrt(coupling))) * size)
-        modalities[i] = up(up(norm * point.scale) + spread) < down(frame.lambda3[0])
-    return views, modalities
+    reach = np.sqrt(frame.row_squares + coupling) * (1.0 + 4 * U)
+    views = point.v.magnitude() * point.scale + root * reach
+    modalities = point.ray.norms * point.scale + up(root * up(math.sqrt(coupling))) * frame.block_lengths
+    return (
+        views * (1.0 + 2.0**-48) + UNDERFLOW < frame.lambda2[0],
+        modalities * (1.0 + 2.0**-48) + UNDERFLOW < frame.lambda3[0],
+    )

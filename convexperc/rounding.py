@@ -10,6 +10,8 @@ Rump, Verification of positive definiteness, BIT 46 (2006).
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +74,7 @@ class Ball:
         return Ball(mid, np.where((self.mid == 0) & (self.rad == 0), 0.0, rad + UNDERFLOW))
 
 
-def product(A: Matrix, x: Ball, entry_error: float = 0.0) -> Ball:
+def product(A: Matrix, x: Ball, entry_error: float = 0.0, absolute: Matrix | None = None) -> Ball:
     """Enclose A x.
 
     Parameters
@@ -80,21 +82,24 @@ def product(A: Matrix, x: Ball, entry_error: float = 0.0) -> Ball:
     A : float64 (r, k)
         Each entry within `entry_error` of the number that it stands for.
     x : Ball of shape (k,)
+    absolute : float64 (r, k), optional
+        |A|, where the caller has it.
 
     Returns
     -------
     Ball of shape (r,)
     """
     k = A.shape[1]
-    mid = A @ x.mid
     size = np.abs(x.mid)
-    if not size.any() and not x.rad.any():
+    sizes, radii = float(size.sum()), float(x.rad.sum())
+    if sizes == 0.0 and radii == 0.0 and not (size.any() or x.rad.any()):
         return Ball.exact(np.zeros(A.shape[0]))
-    absolute = np.abs(A)
+    mid = A @ x.mid
+    absolute = np.abs(A) if absolute is None else absolute
     rad = gamma(k + 1) * (absolute @ size)
-    if x.rad.any():
+    if radii != 0.0:
         rad = rad + absolute @ x.rad
-    outside = (UNDERFLOW + entry_error) * (k + float(size.sum()) + float(x.rad.sum()))
+    outside = (UNDERFLOW + entry_error) * (k + sizes + radii)
     return Ball(mid, (rad + outside) * (1.0 + 4 * (k + 8) * U))
 
 
@@ -104,14 +109,19 @@ def inner(x: Ball, y: Ball) -> tuple[float, float]:
     mid = float(x.mid @ y.mid)
     ax, ay = np.abs(x.mid), np.abs(y.mid)
     rad = gamma(k + 1) * float(ax @ ay) + float(ax @ y.rad) + float(x.rad @ ay) + float(x.rad @ y.rad)
-    if (ax.any() or x.rad.any()) and (ay.any() or y.rad.any()):
+    if rad != 0.0 or ((ax.any() or x.rad.any()) and (ay.any() or y.rad.any())):
         rad = up((rad + k * UNDERFLOW) * (1.0 + 4 * (k + 8) * U))
     return _around(mid, rad)
 
 
 def squared_norm(x: Ball) -> tuple[float, float]:
     """Enclose ||x||_2^2 as (lower, upper), both >= 0."""
-    lower, upper = inner(x, x)
+    k = x.mid.size
+    mid = float(x.mid @ x.mid)
+    rad = gamma(k + 1) * mid + 2.0 * float(np.abs(x.mid) @ x.rad) + float(x.rad @ x.rad)
+    if rad != 0.0 or x.mid.any() or x.rad.any():
+        rad = up((rad + k * UNDERFLOW) * (1.0 + 4 * (k + 8) * U))
+    lower, upper = _around(mid, rad)
     return max(0.0, lower), upper
 
 
@@ -119,6 +129,77 @@ def norm_bounds(x: Ball) -> tuple[float, float]:
     """Enclose ||x||_2 as (lower, upper)."""
     lower, upper = squared_norm(x)
     return max(0.0, down(math.sqrt(lower))), up(math.sqrt(upper)) if upper > 0.0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """A partition of 0 .. d-1 into consecutive groups, after a reordering where there must be one.
+
+    Attributes
+    ----------
+    order : int (d,) or None
+        What is taken first; None for the order as it is.
+    starts : int (m,)
+        Where each group starts.
+    sizes : float64 (m,)
+    """
+
+    order: NDArray[np.int64] | None
+    starts: NDArray[np.int64]
+    sizes: Floats
+
+    @classmethod
+    def of(cls, columns: tuple[slice | NDArray[np.int64], ...], sizes: tuple[int, ...]) -> "Groups":
+        """Group by slices or by numbers."""
+        stops = np.cumsum(sizes)
+        starts, lengths = stops - np.array(sizes), np.array(sizes, dtype=np.float64)
+        firsts = [c.start if isinstance(c, slice) and c.step in (None, 1) else -1 for c in columns]
+        if firsts == starts.tolist():
+            return cls(None, starts, lengths)
+        every = np.arange(stops[-1])
+        return cls(np.concatenate([every[c] for c in columns]), starts, lengths)
+
+    @cached_property
+    def rounding(self) -> Floats:
+        """`gamma` of one more than each size."""
+        k = self.sizes + 1.0
+        return k * U / (1.0 - k * U) * (1.0 + 8 * U)
+
+    def sums(self, values: Floats) -> Floats:
+        """The sum of each group."""
+        return np.asarray(np.add.reduceat(self._ordered(values), self.starts))
+
+    def any(self, values: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Whether any value of each group is true."""
+        return np.asarray(np.logical_or.reduceat(self._ordered(values), self.starts))
+
+    def _ordered(self, values: NDArray[Any]) -> NDArray[Any]:
+        return values if self.order is None else values[self.order]
+
+
+def inner_by_group(x: Ball, y: Ball, groups: Groups) -> tuple[Floats, Floats]:
+    """Enclose the inner product of each group, as `inner` does, into (lower, upper)."""
+    products, k = x.mid * y.mid, groups.sizes
+    mid, rad = groups.sums(products), groups.rounding * groups.sums(np.abs(products))
+    if x.rad.any() or y.rad.any():
+        ax, ay = np.abs(x.mid), np.abs(y.mid)
+        rad = rad + groups.sums(ax * y.rad + x.rad * ay + x.rad * y.rad)
+    charged = np.nextafter((rad + (k + 1.0) * UNDERFLOW) * (1.0 + 4 * (k + 12.0) * U), np.inf)
+    lower, upper = np.nextafter(mid - charged, -np.inf), np.nextafter(mid + charged, np.inf)
+    if not np.isfinite(charged).all():
+        known = np.isfinite(mid) & np.isfinite(charged)
+        lower, upper = np.where(known, lower, -np.inf), np.where(known, upper, np.inf)
+    if not rad.all():
+        some = groups.any((x.mid != 0.0) | (x.rad != 0.0)) & groups.any((y.mid != 0.0) | (y.rad != 0.0))
+        lower, upper = np.where(some, lower, 0.0), np.where(some, upper, 0.0)
+    return lower, upper
+
+
+def norms_by_group(x: Ball, groups: Groups) -> tuple[Floats, Floats]:
+    """Enclose the 2-norm of each group into (lower, upper)."""
+    lower, upper = inner_by_group(x, x, groups)
+    low, high = np.sqrt(np.maximum(lower, 0.0)), np.sqrt(np.maximum(upper, 0.0))
+    return np.maximum(np.nextafter(low, -np.inf), 0.0), np.where(high > 0.0, np.nextafter(high, np.inf), 0.0)
 
 
 def sum_bounds(*parts: tuple[float, float]) -> tuple[float, float]:

@@ -10,15 +10,20 @@ so that every solver may work on rows of norm about 1 and a target of norm about
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from convexperc.arrays import FeatureVector, Matrix, Vector
 from convexperc.problem import Problem
 
 LARGEST = 2.0**1000
 """Scaled lambdas above this are cut here for solvers; a smaller lambda can only lower F*."""
+
+SMALLEST_NORMAL = 2.0**-1022
+"""Underflow errs by less, also where subnormal results are flushed to 0."""
+NORMAL = 1022
+"""2^e is a normal float for |e| below this."""
 
 Bounds = tuple[float, float]
 
@@ -43,12 +48,11 @@ class Scaling:
 
     def data(self, problem: Problem) -> tuple[Matrix, FeatureVector, float]:
         """X_, o_, and a bound on the error of each of their entries (0 unless an entry underflowed)."""
-        X = np.ldexp(problem.X, -self.x)
-        o = np.ldexp(problem.o, -self.o)
-        exact = np.array_equal(np.ldexp(X, self.x), problem.X) and np.array_equal(
-            np.ldexp(o, self.o), problem.o
+        X, o = _times_power(problem.X, -self.x), _times_power(problem.o, -self.o)
+        exact = np.array_equal(_times_power(X, self.x), problem.X) and np.array_equal(
+            _times_power(o, self.o), problem.o
         )
-        return X, o, 0.0 if exact else 2.0**-1074
+        return X, o, 0.0 if exact else SMALLEST_NORMAL
 
     def lambdas(self, problem: Problem) -> tuple[Bounds, Bounds, Bounds]:
         """lambda1_, lambda2_, lambda3_ as (lower, upper), equal unless one leaves the range of float64."""
@@ -59,22 +63,22 @@ class Scaling:
     def point(self, w: Vector, u: FeatureVector) -> tuple[Vector, FeatureVector]:
         """(w_, u_) of a point (w, u) on the original data."""
         with np.errstate(over="ignore", under="ignore"):
-            return np.ldexp(w, self.x - self.o), np.ldexp(u, 2 * self.x - self.o)
+            return _times_power(w, self.x - self.o), _times_power(u, 2 * self.x - self.o)
 
     def point_back(self, w: Vector, u: FeatureVector) -> tuple[Vector, FeatureVector]:
         """(w, u) on the original data of a point (w_, u_)."""
         with np.errstate(over="ignore", under="ignore"):
-            return np.ldexp(w, self.o - self.x), np.ldexp(u, self.o - 2 * self.x)
+            return _times_power(w, self.o - self.x), _times_power(u, self.o - 2 * self.x)
 
     def dual(self, a: FeatureVector, b: Vector) -> tuple[FeatureVector, Vector]:
         """(a_, b_) of a dual point (a, b): a = t a_ and b = s t b_."""
         with np.errstate(over="ignore", under="ignore"):
-            return np.ldexp(a, -self.o), np.ldexp(b, -self.x - self.o)
+            return _times_power(a, -self.o), _times_power(b, -self.x - self.o)
 
     def dual_back(self, a: FeatureVector, b: Vector) -> tuple[FeatureVector, Vector]:
         """(a, b) on the original data of a dual point (a_, b_)."""
         with np.errstate(over="ignore", under="ignore"):
-            return np.ldexp(a, self.o), np.ldexp(b, self.x + self.o)
+            return _times_power(a, self.o), _times_power(b, self.x + self.o)
 
     def value_back(self, bounds: Bounds) -> Bounds:
         """Bounds of F on the original data from bounds of F_, rounded outward where that is no float."""
@@ -105,8 +109,15 @@ def _exponent(rows: Matrix) -> int:
     if largest == 0.0:
         return 0
     first = math.frexp(largest)[1]
-    norms = np.linalg.norm(np.ldexp(rows, -first), axis=1)
+    norms = np.linalg.norm(_times_power(rows, -first), axis=1)
     return first + math.frexp(float(norms.max()))[1]
+
+
+def _times_power(values: NDArray[np.float64], exponent: int) -> NDArray[np.float64]:
+    """Values * 2^exponent; one multiplication where the power is a normal float, as it rounds alike."""
+    if abs(exponent) < NORMAL:
+        return values * math.ldexp(1.0, exponent)
+    return np.asarray(np.ldexp(values, exponent))
 
 
 def _shifted(value: float, exponent: int) -> Bounds:
@@ -115,6 +126,14 @@ def _shifted(value: float, exponent: int) -> Bounds:
         moved = math.ldexp(value, exponent)
     except OverflowError:
         return LARGEST, math.inf
-    if not math.isfinite(moved) or Fraction(moved) == Fraction(value) * Fraction(2) ** exponent:
+    if not math.isfinite(moved) or _is_shifted(moved, value, exponent):
         return moved, moved
     return max(0.0, math.nextafter(moved, -math.inf)), math.nextafter(moved, math.inf)
+
+
+def _is_shifted(moved: float, value: float, exponent: int) -> bool:
+    """Whether moved = value * 2^exponent: only underflow rounds, and its undoing shows it."""
+    try:
+        return math.ldexp(moved, -exponent) == value
+    except OverflowError:
+        return False

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from convexperc.arrays import FeatureVector, Vector
-from convexperc.certificate import ABSOLUTE, RELATIVE, Certificate, certify
+from convexperc.certificate import ABSOLUTE, RELATIVE, Certificate, Judge
 from convexperc.enclosure import certify_in_balls, enclose
 from convexperc.errors import SolverError
 from convexperc.objective import residuals
@@ -66,26 +66,30 @@ def solve(
 
     Raises
     ------
-    SolverError
+    SolverError, ArithmeticError, numpy.linalg.LinAlgError
         The solver gave no point at all, and `escalate` is false.
     """
     if escalate is None:
         escalate = solver is None
     solver = Newton() if solver is None else solver
     start = time.perf_counter()
-    tolerances = {"relative_tolerance": relative_tolerance, "absolute_tolerance": absolute_tolerance}
     scaling = Scaling.of(problem)
     normal = scaling.normalise(problem)
+    judge = Judge.of(
+        problem, scaling, relative_tolerance=relative_tolerance, absolute_tolerance=absolute_tolerance
+    )
     normalised = time.perf_counter()
     try:
-        candidate = solver.candidate(normal)
-    except SolverError as failure:
+        with np.errstate(all="ignore"):
+            candidate = solver.candidate(normal)
+    except (SolverError, ArithmeticError, np.linalg.LinAlgError) as failure:
         if not escalate:
             raise
+        reason = failure.value if isinstance(failure, SolverError) else failure
         nothing = np.zeros(problem.n), np.zeros(problem.d)
-        candidate = Candidate(*nothing, f"failed: {failure.value}", 0)
+        candidate = Candidate(*nothing, f"failed: {reason}", 0)
     solved = time.perf_counter()
-    name, answer = solver.name, _judge(problem, scaling, candidate, tolerances)
+    name, answer = solver.name, _judge(judge, candidate)
     if escalate and not answer.certificate.certified:
         name, answer = f"{name}, then ball arithmetic", _escalate(problem, answer)
     done = time.perf_counter()
@@ -95,18 +99,16 @@ def solve(
     return Solution(problem, w, u, answer.certificate, name, candidate.claim, candidate.iterations, timings)
 
 
-def _judge(problem: Problem, scaling: Scaling, candidate: Candidate, tolerances: dict[str, float]) -> _Answer:
+def _judge(judge: Judge, candidate: Candidate) -> _Answer:
     """Certify the candidate, the candidate with its proved zeros at 0, and the zero point; keep the best."""
+    problem, scaling = judge.problem, judge.scaling
     w, u = scaling.point_back(candidate.w, candidate.u)
     dual = None if candidate.dual is None else scaling.dual_back(*candidate.dual)
-    best = _Answer(w, u, certify(problem, w, u, dual=dual, **tolerances))
-    if dual is None:
-        with np.errstate(over="ignore", invalid="ignore"):
-            p, q = residuals(problem, w, u)
-            dual = 2.0 * p, 2.0 * problem.lambda1 * q
+    best = _Answer(w, u, judge.certificate(w, u, dual=dual))
+    hint = _residual_dual(problem, w, u) if dual is None else dual
 
     def judged(w: Vector, u: FeatureVector) -> _Answer:
-        return _Answer(w, u, certify(problem, w, u, dual=dual, **tolerances))
+        return _Answer(w, u, judge.certificate(w, u, dual=hint))
 
     point = _with_zeros(problem, best)
     if point is not None:
@@ -116,6 +118,13 @@ def _judge(problem: Problem, scaling: Scaling, candidate: Candidate, tolerances:
         return best
     zero = judged(np.zeros(problem.n), np.zeros(problem.d))
     return zero if zero.better_than(best) else best
+
+
+def _residual_dual(problem: Problem, w: Vector, u: FeatureVector) -> tuple[FeatureVector, Vector]:
+    """The dual point 2(X'w - o) and 2 lambda1 (Xu - w)."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        p, q = residuals(problem, w, u)
+        return 2.0 * p, 2.0 * problem.lambda1 * q
 
 
 def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVector] | None:

@@ -8,8 +8,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rational import objective_bounds, smallest_scalar
 
-from convexperc.certificate import certify
-from convexperc.duality import Frame, dual_value
+from convexperc.certificate import ENOUGH, Judge, certify
+from convexperc.duality import dual_value
+from convexperc.frame import Frame
 from convexperc.problem import Problem
 from convexperc.scaling import Scaling
 from convexperc.solvers.conic import Conic
@@ -161,7 +162,7 @@ def test_gap_terms_are_the_brackets_of_the_formula_and_sum_to_the_gap(seed):
         assert terms.view_norm == pytest.approx(float(np.abs(w_) @ (two + np.sign(w_) * v)), abs=1e-12)
         norms = float(problem.modalities.norms(u_).sum())
         assert terms.modality_norm == pytest.approx(three * norms + float(u_ @ Xb), abs=1e-12)
-        low, high = dual_value(frame, point)
+        low, high = dual_value(point)
         assert low <= high <= low + 1e-12, (low, high)
     total = sum((terms.loss, terms.coupling, terms.view_norm, terms.modality_norm))
     assert total <= terms.total <= total * (1 + 1e-15) + 1e-300, (total, terms.total)
@@ -206,3 +207,35 @@ def test_zeros_are_proved_of_every_optimum():
     assert found.w[0] > 0.1, found.w
     poor = certify(problem, [0.0, 0.0, 0.0], [0.0] * 4)
     assert not poor.zero_views[0], poor
+
+
+def test_the_search_ends_with_the_first_proof_unless_the_best_is_wanted():
+    random = np.random.default_rng(4)
+    X, o = random.normal(size=(3, 7)), random.normal(size=7)
+    problem = posed(X, o, (0.7, 0.2, 0.3), [3, 4])
+    found = solve(problem, Conic())
+    first, best = (certify(problem, found.w, found.u, thorough=thorough) for thorough in (False, True))
+    assert first.certified, first
+    assert first.method == "dual point 'slack', scaled", first.method
+    assert first.relative_gap <= ENOUGH * first.relative_tolerance, first
+    assert best.gap <= first.gap, (best.gap, first.gap)
+    assert best.lower >= first.lower, (best.lower, first.lower)
+    assert (best.zero_views >= first.zero_views).all(), (best.zero_views, first.zero_views)
+    away = [certify(problem, found.w + 0.1, found.u, thorough=thorough) for thorough in (False, True)]
+    assert not away[0].certified, away[0]
+    assert away[0].gap == away[1].gap, "what is not certified was tried with every dual point"
+    hard = {"relative_tolerance": 0.0, "absolute_tolerance": 0.0}
+    assert certify(problem, found.w, found.u, **hard).gap == best.gap
+
+
+def test_a_judge_judges_many_points_as_certify_does():
+    random = np.random.default_rng(4)
+    X, o = random.normal(size=(3, 7)), random.normal(size=7)
+    for lambdas in ((0.7, 0.2, 0.3), (0.7, 0.0, 0.0)):
+        problem = posed(X, o, lambdas, [3, 4])
+        judge = Judge.of(problem, thorough=True)
+        for _ in range(3):
+            w, u = random.normal(size=3), random.normal(size=7)
+            mine, plain = judge.certificate(w, u), certify(problem, w, u, thorough=True)
+            assert (mine.lower, mine.upper, mine.gap) == (plain.lower, plain.upper, plain.gap)
+            assert mine.method == plain.method, (mine.method, plain.method)

@@ -1,7 +1,6 @@
 """What must hold of every problem: honest proofs, invariances, and what each reading descends."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from convexperc.certificate import Certificate, certify
-from convexperc.objective import objective
 from convexperc.problem import Problem
 from convexperc.solution import Status
 from convexperc.solvers.conic import Conic
@@ -25,8 +23,7 @@ from convexperc.solvers.paper import (
     run,
 )
 from convexperc.solving import solve
-from verification.campaign import Reason, cases
-from verification.campaign import run as campaign
+from verification.cases import cases
 from verification.descent import has_reached, table
 from verification.families import EXTREME, FAMILIES, seeded
 from verification.referee import optimum, violations
@@ -223,22 +220,3 @@ def test_the_table_of_readings_counts_every_run() -> None:
     for reading in (CORRECTED, SMOOTHED, ABSOLUTE):
         row = found.row(reading.name, "gauss_seidel")
         assert row.own_monotone == row.own_runs == len(chosen), row
-
-
-def test_a_campaign_counts_every_case_and_names_what_failed() -> None:
-    chosen = cases(3, 5, 0)
-    report = campaign(chosen, referee_every=1)
-    assert sum(tally.total for tally in report.tallies()) == len(chosen), report.tallies()
-    assert report.clean, report.failures
-    starved = campaign(chosen, solver=replace(REFERENCE, max_iterations=2))
-    assert starved.failures, "two iterations cannot be enough for all"
-    assert {failure.reason for failure in starved.failures} <= {Reason.POINT, Reason.NO_ANSWER}, (
-        starved.failures
-    )
-    assert not starved.contradictions, starved.contradictions
-    record = json.loads(json.dumps(starved.as_json(), allow_nan=False))
-    assert len(record["failures"]) == len(starved.failures), record
-    for failure in starved.failures:
-        problem = failure.case.problem()
-        assert (problem.n, problem.d, problem.lambdas) == (failure.n, failure.d, failure.lambdas), failure
-        assert objective(problem, np.zeros(problem.n), np.zeros(problem.d)) >= 0, failure

@@ -10,10 +10,13 @@ from rational import fractions, inner, root_bounds
 
 from convexperc.rounding import (
     Ball,
+    Groups,
     U,
     down,
     gamma,
+    inner_by_group,
     norm_bounds,
+    norms_by_group,
     product,
     scaled_bounds,
     smallest_singular_value,
@@ -99,6 +102,37 @@ def test_products_enclose_the_exact_one(A, x, choice, shifts, entry_error):
     true = [[v + s * Fraction(entry_error) for v, s in zip(row, shifts, strict=True)] for row in fractions(A)]
     vector = member(x, choice)
     within([inner(row, vector) for row in true], product(A, x, entry_error))
+
+
+SPLIT = SIZE.flatmap(lambda k: st.tuples(st.permutations(range(k)), st.integers(1, k)))
+TWO = Ball(np.array([1e-200, 0.0]), np.zeros(2))
+
+
+@given(BALL, BALL, CHOICE, CHOICE, SPLIT)
+@example(TWO, Ball.exact(np.array([1e-200, 1.0])), [1, 0], [0, 0], ([1, 0], 1))
+def test_inner_products_and_norms_by_group_enclose_the_exact_ones(x, y, first, second, split):
+    order, cut = split
+    columns = tuple(np.array(part) for part in (order[:cut], order[cut:]) if part)
+    groups = Groups.of(columns, tuple(part.size for part in columns))
+    a, b = member(x, first), member(y, second)
+    products, norms = (
+        zip(*pair, strict=True) for pair in (inner_by_group(x, y, groups), norms_by_group(x, groups))
+    )
+    for part, bounds, lengths in zip(columns, products, norms, strict=True):
+        between(inner([a[i] for i in part], [b[i] for i in part]), tuple(map(float, bounds)))
+        low, high = map(float, lengths)
+        square = inner([a[i] for i in part], [a[i] for i in part])
+        assert Fraction(low) ** 2 <= square, (low, square)
+        assert high == math.inf or square <= Fraction(high) ** 2, (high, square)
+
+
+def test_consecutive_slices_are_groups_as_they_stand():
+    groups = Groups.of((slice(0, 2), slice(2, 5)), (2, 3))
+    assert groups.order is None
+    assert groups.sums(np.arange(5.0)).tolist() == [1.0, 9.0]
+    mixed = Groups.of((slice(2, 5), slice(0, 2)), (3, 2))
+    assert mixed.sums(np.arange(5.0)).tolist() == [9.0, 1.0]
+    assert mixed.any(np.array([True, False, False, False, False])).tolist() == [False, True]
 
 
 @given(BALL, BALL, CHOICE, CHOICE)

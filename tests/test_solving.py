@@ -77,6 +77,24 @@ def test_a_solver_that_raises_is_heard(error):
     assert caught.value is error
 
 
+@pytest.mark.parametrize(
+    "error",
+    [
+        SolverError("mine", value=1, must="must not fail"),
+        ZeroDivisionError("by 0"),
+        np.linalg.LinAlgError("no"),
+    ],
+)
+def test_ball_arithmetic_answers_where_a_solver_breaks_down(error):
+    found = solve(smallest(), Failing(error), escalate=True)
+    assert found.status is Status.CERTIFIED, found.certificate
+    assert found.claim.startswith("failed: "), found.claim
+    assert found.solver == "failing, then ball arithmetic", found.solver
+    assert found.value == pytest.approx(19 / 32, rel=1e-8)
+    with pytest.raises(TypeError):
+        solve(smallest(), Failing(TypeError("a mistake in a program")), escalate=True)
+
+
 @pytest.mark.parametrize("o", [1e-100, 1.0, 1e100])
 def test_the_solver_sees_the_normalised_problem(o):
     seen = []

@@ -2,9 +2,8 @@
 
 import json
 import sys
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -12,11 +11,7 @@ from rich.progress import Progress
 from rich.table import Table as Grid
 
 if TYPE_CHECKING:
-    from verification.campaign import Report
     from verification.descent import Row
-
-MOST_SHOWN = 40
-"""Failures shown on the screen; the JSON file has them all."""
 
 app = typer.Typer(
     add_completion=False, no_args_is_help=True, help="Check convexperc and the paper's claims by counting."
@@ -37,34 +32,60 @@ def families() -> None:
 
 
 @app.command()
-def campaign(
+def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     random: Annotated[int, typer.Option(min=0, help="Random problems.")] = 2000,
     degenerate: Annotated[
         int, typer.Option(min=0, help="Degenerate problems, scales 1e-8..1e8 among them.")
     ] = 2000,
     extreme: Annotated[int, typer.Option(min=0, help="Problems with scales 1e-150..1e150.")] = 0,
     seed: Seed = 0,
-    referee: Annotated[
-        int, typer.Option(min=0, help="Exact referee on every k-th certified answer; 0: none.")
-    ] = 20,
+    solver: Annotated[Literal["newton", "conic"], typer.Option(help="What answers.")] = "newton",
     escalate: Annotated[
         bool, typer.Option(help="Use ball arithmetic where the solver's answer is not certified.")
-    ] = False,
+    ] = True,
+    referee: Annotated[
+        int, typer.Option(min=0, help="Exact referee on every k-th problem of a family; 0: none.")
+    ] = 20,
+    raw: Annotated[
+        int, typer.Option(min=0, help="Raw CVXPY + Clarabel on every k-th problem of a family; 0: none.")
+    ] = 0,
     json_file: File = None,
+    resume: Annotated[
+        Path | None,
+        typer.Option(help="Continue the campaign of this --json file, with its settings.", dir_okay=False),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
 ) -> None:
     """Solve, certify and referee problems; exit code 1 if one is not certified or a proof is false."""
-    from verification.campaign import cases, run  # noqa: PLC0415 - keeps --help quick
+    from verification.campaign import run  # noqa: PLC0415 - keeps --help quick
+    from verification.campaign_file import Settings, load  # noqa: PLC0415 - keeps --help quick
+    from verification.campaign_report import Watch, details, families_table, raw_table  # noqa: PLC0415
 
-    chosen = cases(random, degenerate, seed, extreme=extreme)
-    if not chosen:
+    command = ["convexperc-verification", *sys.argv[1:]]
+    settings = Settings(random, degenerate, extreme, seed, solver, escalate, referee, raw)
+    state = settings.fresh()
+    if resume is not None:
+        try:
+            command, settings, state = load(resume)
+        except (OSError, ValueError) as problem:
+            raise typer.BadParameter(f"cannot resume {resume}: {problem}", param_hint="--resume") from None
+        json_file = json_file or resume
+    if not len(settings.plan):
         raise typer.BadParameter("at least one problem is needed: a run that checks nothing proves nothing")
-    with Progress(console=_console(), transient=True) as bar:
-        task = bar.add_task("problems", total=len(chosen))
-        step = partial(bar.advance, task)
-        report = run(chosen, escalate=escalate, referee_every=referee, jobs=jobs, progress=step)
-    _write(json_file, report.as_json())
-    _show(report)
+    watch = Watch(settings, command, json_file)
+    try:
+        watch(state)
+        report = run(settings.plan, settings.rules, jobs=jobs, state=state, progress=watch)
+    except OSError as problem:
+        raise typer.BadParameter(
+            f"cannot write {json_file}: {problem.strerror}", param_hint="--json"
+        ) from None
+    console = _console()
+    console.print(families_table(report))
+    if report.raw:
+        console.print(raw_table(report))
+    for line in details(report):
+        console.print(line, highlight=False, markup=False)
     raise typer.Exit(0 if report.clean else 1)
 
 
@@ -76,7 +97,7 @@ def readings(
     json_file: File = None,
 ) -> None:
     """Count for each reading of Algorithm 1: monotone on F, on its own objective, reaches the optimum."""
-    from verification.campaign import cases  # noqa: PLC0415 - keeps --help quick
+    from verification.cases import cases  # noqa: PLC0415 - keeps --help quick
     from verification.descent import table  # noqa: PLC0415 - keeps --help quick
 
     chosen = cases(count, count, seed)
@@ -169,32 +190,6 @@ def _cells(row: "Row") -> list[str]:
     stops = ", ".join(f"{stop} {runs} ({good})" for stop, (runs, good) in sorted(row.stops.items()))
     counts = f"{row.monotone} of {row.runs}", own, f"{row.reached} of {row.judged}"
     return [row.reading, row.order, *counts, stops]
-
-
-def _show(report: "Report") -> None:
-    console, grid = (
-        _console(),
-        Grid("family", "problems", "certified", "enclosed", "refereed", "proofs contradicted"),
-    )
-    for tally in report.tallies():
-        numbers = (tally.total, tally.certified, tally.enclosed, tally.refereed, tally.contradicted)
-        grid.add_row(tally.family, *map(str, numbers))
-    console.print(grid)
-    for reason, count in report.reasons().items():
-        console.print(f"not certified: {count} because {reason}")
-    for failure in report.failures[:MOST_SHOWN]:
-        case = failure.case
-        console.print(
-            f"{case.family} seed {case.seed} index {case.index}: n {failure.n} d {failure.d}"
-            f" lambdas {failure.lambdas} proved {failure.relative_gap:.1e} true {failure.true_gap:.1e}"
-            f" share {failure.share_of_target:.1e} claim {failure.claim!r}: {failure.reason}",
-            highlight=False,
-        )
-    hidden = len(report.failures) - MOST_SHOWN
-    if hidden > 0:
-        console.print(f"... and {hidden} more: see --json")
-    for outcome in report.contradictions:
-        console.print(f"CONTRADICTED {outcome.case}: {'; '.join(outcome.contradictions)}")
 
 
 if __name__ == "__main__":

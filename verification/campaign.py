@@ -1,241 +1,208 @@
-"""The reference on many problems: how many are certified, which are not and why, and is any proof false.
+"""The solvers on many problems: how many are certified, which are not and why, and is any proof false.
 
-A case is (family, seed, index) and can be repeated from these three alone.
+The cases are taken in chunks, each a sample of the whole, and counted where they are solved. What the first
+chunks found can be saved and continued: the outcome does not depend on where a run was broken.
 """
 
 import multiprocessing
-from collections import Counter
+import time
+import traceback
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass, field
-from enum import StrEnum
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass, field
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 from convexperc.errors import SolverError
 from convexperc.problem import Problem
 from convexperc.solution import Solution, Status
-from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import Solver
+from convexperc.solvers.newton import Newton
 from convexperc.solving import solve
-from verification.families import EXTREME, ORDINARY_DEGENERATE, RANDOM, seeded
+from verification.cases import Case
+from verification.families import EXTREME
 from verification.oracles import objective
+from verification.raw import raw
 from verification.referee import Optimum, optimum, violations
+from verification.report import Contradiction, Failure, Reason, Report
 
-CHUNK = 25
+CHUNK = 100
 """Cases that a worker takes at a time."""
-
-
-class Reason(StrEnum):
-    """Why an answer is not certified, found by the exact referee."""
-
-    NO_ANSWER = "the solver gave no point"
-    POINT = "the point is not within the tolerance"
-    PROOF = "the point is within the tolerance, the proof is not"
-    OPEN = "the referee cannot tell"
+RARER = 5
+"""See `Rules.referee_every`."""
+AHEAD = 8
+"""Chunks a worker that may wait to be counted, for the slow ones among them."""
 
 
 @dataclass(frozen=True)
-class Case:
-    """One problem by name."""
-
-    family: str
-    seed: int
-    index: int
-
-    def problem(self) -> Problem:
-        """Draw it."""
-        return seeded(self.family, self.seed, self.index)
-
-
-@dataclass(frozen=True)
-class Failure:
-    """One problem that was not certified, with all that is needed to repeat it.
+class Rules:
+    """How each case is treated.
 
     Attributes
     ----------
-    case : Case
-    n, d, m : int
-    lambdas : (float, float, float)
-    relative_gap, share_of_target : float
-        What the certificate proves; infinite without an answer.
-    true_gap : float
-        The referee's upper bound of (F(w, u) - F*) / F*, infinite if F* may be 0.
-    claim : str
-        The solver's own word.
-    reason : Reason
-    method : str
-        How the gap was proved.
+    solver : Solver
+    escalate : bool
+        Answer by ball arithmetic where the solver's answer is not certified; an enclosed optimum then is
+        no failure.
+    referee_every : int
+        Of each family, every how many cases the exact referee also judges a certified answer; 0 for
+        never. Of an `EXTREME` family it takes `RARER` times fewer: entries that span 1e300 need 900 digits.
+        It judges every answer that is not certified.
+    raw_every : int
+        Of each family, every how many cases are also given to raw CVXPY + Clarabel; 0 for never.
     """
 
-    case: Case
-    n: int
-    d: int
-    m: int
-    lambdas: tuple[float, float, float]
-    relative_gap: float
-    share_of_target: float
-    true_gap: float
-    claim: str
-    reason: Reason
-    method: str
+    solver: Solver = field(default_factory=Newton)
+    escalate: bool = False
+    referee_every: int = 0
+    raw_every: int = 0
 
+    def referees(self, case: Case) -> bool:
+        """Whether the referee judges this case in any event."""
+        every = self.referee_every * (RARER if case.family in EXTREME else 1)
+        return every > 0 and case.index % every == 0
 
-@dataclass(frozen=True)
-class Outcome:
-    """What one case came to; `contradictions` are statements of its certificate that are disproved."""
-
-    case: Case
-    certified: bool
-    enclosed: bool = False
-    failure: Failure | None = None
-    refereed: bool = False
-    loose: bool = False
-    contradictions: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Tally:
-    """Counts of one family."""
-
-    family: str
-    total: int
-    certified: int
-    enclosed: int
-    refereed: int
-    contradicted: int
+    def asks_raw(self, case: Case) -> bool:
+        """Whether this case is given to raw CVXPY + Clarabel."""
+        return self.raw_every > 0 and case.index % self.raw_every == 0
 
 
 @dataclass
-class Report:
-    """A campaign's counts by family, every failure, every contradiction."""
+class State:
+    """What the first `done` of all `chunks` found."""
 
-    outcomes: list[Outcome] = field(default_factory=list)
-
-    @property
-    def failures(self) -> list[Failure]:
-        """Every problem with neither a certified answer nor (with escalation) an enclosed optimum."""
-        return [outcome.failure for outcome in self.outcomes if outcome.failure]
-
-    @property
-    def contradictions(self) -> list[Outcome]:
-        """Every certificate that says something false."""
-        return [outcome for outcome in self.outcomes if outcome.contradictions]
-
-    @property
-    def clean(self) -> bool:
-        """All certified, none contradicted, and at least one case looked at."""
-        return bool(self.outcomes) and not self.failures and not self.contradictions
-
-    def tallies(self) -> list[Tally]:
-        """Counts by family, in the order of their first case."""
-        total, certified, enclosed, refereed, contradicted = (Counter[str]() for _ in range(5))
-        for outcome in self.outcomes:
-            name = outcome.case.family
-            total[name] += 1
-            certified[name] += outcome.certified
-            enclosed[name] += outcome.enclosed
-            refereed[name] += outcome.refereed
-            contradicted[name] += bool(outcome.contradictions)
-        return [
-            Tally(name, total[name], certified[name], enclosed[name], refereed[name], contradicted[name])
-            for name in total
-        ]
-
-    def reasons(self) -> dict[str, int]:
-        """How many failures have which reason."""
-        return dict(Counter(failure.reason.value for failure in self.failures))
+    chunks: int
+    done: int = 0
+    report: Report = field(default_factory=Report)
 
     def as_json(self) -> dict[str, Any]:
-        """Plain data, for a JSON file; infinities become the string "inf"."""
-        data = {
-            "families": [asdict(tally) for tally in self.tallies()],
-            "reasons": self.reasons(),
-            "failures": [asdict(failure) for failure in self.failures],
-            "contradictions": [asdict(outcome) for outcome in self.contradictions],
-        }
-        plain: dict[str, Any] = _without_infinities(data)
-        return plain
+        """Plain data, for a JSON file: the report's and the two counts."""
+        return {"chunks": self.chunks, "done": self.done, **self.report.as_json()}
 
-
-def cases(random: int, degenerate: int, seed: int, *, extreme: int = 0) -> list[Case]:
-    """`random`, `degenerate` and `extreme` problems, dealt out evenly over the families of each group."""
-    dealt = []
-    for count, group in ((random, RANDOM), (degenerate, ORDINARY_DEGENERATE), (extreme, EXTREME)):
-        names = list(group)
-        dealt += [Case(names[k % len(names)], seed, k // len(names)) for k in range(count)]
-    return dealt
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> "State":
+        """Read back what `as_json` wrote."""
+        return cls(data["chunks"], data["done"], Report.from_json(data))
 
 
 def run(
     chosen: Sequence[Case],
+    rules: Rules,
     *,
-    solver: Solver | None = None,
-    escalate: bool = False,
-    referee_every: int = 0,
     jobs: int = 1,
-    progress: Callable[[int], None] = lambda done: None,
+    chunk: int = CHUNK,
+    state: State | None = None,
+    progress: Callable[[State], None] = lambda state: None,
 ) -> Report:
     """Solve every case, certify it, and let the referee judge some.
 
     Parameters
     ----------
     chosen : sequence of Case
-    solver : Solver or None
-        None is the reference, CVXPY + Clarabel.
-    escalate : bool
-        Answer by ball arithmetic where the solver's answer is not certified; an enclosed optimum then is
-        no failure.
-    referee_every : int
-        Of each family, every how many cases the exact referee also judges a certified answer; 0 for
-        never. It judges every answer that is not certified.
+    rules : Rules
     jobs : int
         Worker processes; 1 works in this one.
+    chunk : int
+        Cases that a worker takes at a time.
+    state : State, optional
+        Where an earlier run of the same cases in the same chunks was broken.
     progress : callable
-        Called with the number of cases that are newly done.
+        Called with the state after every chunk.
 
     Returns
     -------
     Report
     """
-    solver = solver or Conic()
-    work = [
-        (case, solver, escalate, bool(referee_every) and case.index % referee_every == 0) for case in chosen
-    ]
+    state = State(-(-len(chosen) // chunk)) if state is None else state
+    rest = (chosen[k :: state.chunks] for k in range(state.done, state.chunks))
+    for found in _found(rest, rules, jobs):
+        state.report.add(found)
+        state.done += 1
+        progress(state)
+    return state.report
+
+
+def _found(chunks: Iterator[Sequence[Case]], rules: Rules, jobs: int) -> Iterator[Report]:
+    """The report of each chunk, in order; only a few chunks wait at a time."""
+    if jobs == 1:
+        yield from (_counted(chunk, rules) for chunk in chunks)
+        return
+    waiting: deque[Future[Report]] = deque()
+    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+        for chunk in chunks:
+            waiting.append(pool.submit(_counted, chunk, rules))
+            if len(waiting) > AHEAD * jobs:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+
+def _counted(chunk: Sequence[Case], rules: Rules) -> Report:
+    """Treat every case of a chunk; an exception is a failure of its case."""
     report = Report()
-    for outcome in _outcomes(work, jobs):
-        report.outcomes.append(outcome)
-        progress(1)
+    for case in chunk:
+        tally, start = report.tally(case.family), time.perf_counter()
+        tally.total += 1
+        try:
+            _treat(case, rules, report)
+        except Exception as error:
+            _fail(report, Failure(case, Reason.CRASH, _described(error)))
+            tally.crashed += 1
+        tally.seconds += time.perf_counter() - start
     return report
 
 
-def _outcomes(work: list[tuple[Case, Solver, bool, bool]], jobs: int) -> Iterator[Outcome]:
-    if jobs == 1:
-        yield from map(_judge, work)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        yield from pool.map(_judge, work, chunksize=CHUNK)
+def _described(error: Exception) -> str:
+    """The exception's type and message, and where it was raised."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({Path(place.filename).name}:{place.lineno})"
 
 
-def _judge(item: tuple[Case, Solver, bool, bool]) -> Outcome:
-    case, solver, escalate, referee = item
-    problem = case.problem()
+def _fail(report: Report, failure: Failure) -> None:
+    report.failures.append(failure)
+    report.tally(failure.case.family).failed += 1
+
+
+def _treat(case: Case, rules: Rules, report: Report) -> None:
+    """Solve and judge one case."""
+    problem, tally = case.problem(), report.tally(case.family)
     try:
-        solution = solve(problem, solver, escalate=escalate)
+        solution = solve(problem, rules.solver, escalate=rules.escalate)
     except SolverError as error:
-        without = _failure(case, problem, None, str(error.value), Reason.NO_ANSWER)
-        return Outcome(case, certified=False, failure=without)
+        _fail(report, _failure(case, problem, None, Reason.NO_ANSWER, str(error.value)))
+        return
     certified = solution.status is Status.CERTIFIED
-    enclosed = escalate and solution.status is Status.ENCLOSED
-    if (certified or enclosed) and not referee:
-        return Outcome(case, certified, enclosed)
-    truth = optimum(problem)
-    false = tuple(violations(problem, solution.w, solution.u, solution.certificate, truth))
-    failure = None
-    if not (certified or enclosed):
-        reason, true_gap = _reason(solution, truth)
-        failure = _failure(case, problem, solution, solution.claim, reason, true_gap)
-    return Outcome(case, certified, enclosed, failure, True, not truth.tight, false)
+    enclosed = rules.escalate and solution.status is Status.ENCLOSED
+    tally.certified += certified
+    tally.enclosed += enclosed
+    tally.escalated += solution.solver != rules.solver.name
+    if rules.asks_raw(case):
+        report.raw_tally(case.family).count(
+            raw(problem), solution.certificate.lower, solution.certificate.upper
+        )
+    if rules.referees(case) or not (certified or enclosed):
+        _referee(case, solution, not (certified or enclosed), report)
+
+
+def _referee(case: Case, solution: Solution, failed: bool, report: Report) -> None:
+    """Let the exact referee judge every statement of the certificate, and explain a failure."""
+    tally = report.tally(case.family)
+    try:
+        truth = optimum(solution.problem)
+        false = violations(solution.problem, solution.w, solution.u, solution.certificate, truth)
+        reason, true_gap = _reason(solution, truth) if failed else (None, 0.0)
+    except Exception as error:
+        _fail(report, _failure(case, solution.problem, solution, Reason.REFEREE, _described(error)))
+        return
+    tally.refereed += 1
+    tally.loose += not truth.tight
+    if false:
+        tally.contradicted += 1
+        report.contradictions.append(Contradiction(case, tuple(false)))
+    if reason is not None:
+        _fail(report, _failure(case, solution.problem, solution, reason, solution.claim, true_gap))
 
 
 def _reason(solution: Solution, truth: Optimum) -> tuple[Reason, float]:
@@ -255,13 +222,15 @@ def _failure(
     case: Case,
     problem: Problem,
     solution: Solution | None,
-    claim: str,
     reason: Reason,
+    claim: str,
     true_gap: float = float("inf"),
 ) -> Failure:
     proof = solution.certificate if solution else None
     return Failure(
         case=case,
+        reason=reason,
+        claim=claim,
         n=problem.n,
         d=problem.d,
         m=problem.m,
@@ -269,17 +238,5 @@ def _failure(
         relative_gap=proof.relative_gap if proof else float("inf"),
         share_of_target=proof.share_of_target if proof else float("inf"),
         true_gap=true_gap,
-        claim=claim,
-        reason=reason,
         method=proof.method if proof else "",
     )
-
-
-def _without_infinities(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_infinities(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_without_infinities(part) for part in value]
-    if isinstance(value, float) and value in (float("inf"), float("-inf")):
-        return "inf" if value > 0 else "-inf"
-    return value

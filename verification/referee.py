@@ -82,10 +82,10 @@ def optimum(problem: Problem) -> Optimum:
 def _tightest(reduced: Reduced, problem: Problem, quadratic: Quadratic, P: Rationals | None) -> Optimum:
     best = _bounds(reduced, problem, _central(np.array([Fraction(0)] * problem.n)), P)
     for digits, pace in ATTEMPTS:
-        found = _bounds(reduced, problem, follow(quadratic, digits, pace), P)
-        best = min(best, found, key=lambda each: each.value.width)
         if best.tight:
             break
+        found = _bounds(reduced, problem, follow(quadratic, digits, pace), P)
+        best = min(best, found, key=lambda each: each.value.width)
     return best
 
 

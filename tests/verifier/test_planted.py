@@ -1,5 +1,6 @@
 """Planted faults: wrong answers are never certified, and every mutant of the certificate is caught."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from convexperc import certificate, duality, optimum, rounding
+from convexperc import certificate, duality, frame, optimum, primal, rounding
 from convexperc.certificate import certify
 from convexperc.problem import Problem
 from convexperc.solution import Candidate, Status
@@ -62,8 +63,8 @@ def bench() -> list[Judged]:
 def contradictions(bench: list[Judged]) -> list[str]:
     found = []
     for each in bench:
-        for w, u in each.points:
-            proof = certify(each.problem, w, u)
+        for (w, u), thorough in itertools.product(each.points, (False, True)):
+            proof = certify(each.problem, w, u, thorough=thorough)
             found += [f"{each.name}: {false}" for false in violations(each.problem, w, u, proof, each.truth)]
     return found
 
@@ -160,13 +161,13 @@ def together(*patches: Patch) -> Patch:
 
 def frame_with(**change: Callable[[tuple[float, float]], tuple[float, float]]) -> Patch:
     """A mutant whose normalised lambdas are wrong."""
-    original = duality.Frame.of
+    original = frame.Frame.of
 
-    def of(problem: Problem, scaling: Any) -> duality.Frame:
-        frame = original(problem, scaling)
-        return replace(frame, **{name: rule(getattr(frame, name)) for name, rule in change.items()})
+    def of(problem: Problem, scaling: Any) -> frame.Frame:
+        true = original(problem, scaling)
+        return replace(true, **{name: rule(getattr(true, name)) for name, rule in change.items()})
 
-    return lambda patch: patch.setattr(duality.Frame, "of", of)
+    return lambda patch: patch.setattr(frame.Frame, "of", of)
 
 
 def times(factor: float) -> Callable[[tuple[float, float]], tuple[float, float]]:
@@ -177,7 +178,7 @@ def swapped(bounds: tuple[float, float]) -> tuple[float, float]:
     return bounds[1], bounds[0]
 
 
-NO_MODALITY_ERROR: Patch = replaced(duality, "_modality_term", lambda frame, u, point: 0.0)
+NO_MODALITY_ERROR: Patch = replaced(duality, "_modality_term", lambda frame, point, dual: 0.0)
 
 MUTANTS: dict[str, Patch] = {
     "feasible scaling not applied, excess not seen": together(
@@ -196,7 +197,7 @@ MUTANTS: dict[str, Patch] = {
         replaced(certificate, "up", rounding.down),
         replaced(certificate, "down", rounding.up),
     ),
-    "objective's bounds swapped": wrapped(certificate, "_objective", swapped),
+    "objective's bounds swapped": wrapped(primal, "objective_bounds", swapped),
     "dual value's bounds swapped": wrapped(certificate, "dual_value", lambda b: (b[1] * (1 + 1e-15), b[0])),
     "lambda2 halved": frame_with(lambda2=times(0.5)),
     "lambda3 halved": frame_with(lambda3=times(0.5)),
@@ -214,7 +215,13 @@ MUTANTS: dict[str, Patch] = {
         ),
     ),
     "modality term left out of the gap": NO_MODALITY_ERROR,
-    "coupling term left out of the gap": replaced(duality, "_coupling_term", lambda frame, w, u, point: 0.0),
+    "norms of the modalities taken as 0": wrapped(
+        frame, "norms_by_group", lambda bounds: (0.0 * bounds[0], 0.0 * bounds[1])
+    ),
+    "pull of the modalities doubled": wrapped(
+        duality, "inner_by_group", lambda bounds: (2.0 * bounds[0], 2.0 * bounds[1])
+    ),
+    "coupling term left out of the gap": replaced(duality, "_coupling_term", lambda frame, point, dual: 0.0),
     "gap taken at half": wrapped(
         certificate, "gap_terms", lambda terms: replace(terms, loss=0.5 * terms.loss, view_norm=0.0)
     ),
@@ -229,6 +236,12 @@ MUTANTS: dict[str, Patch] = {
     ),
     "least squares off by a bit": wrapped(certificate, "exact_optimum", lambda x: x and x * (1 + 2**-40)),
 }
+
+
+def test_where_the_search_ends_decides_nothing(bench: list[Judged], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(certificate.Judge, "_is_enough", lambda judge, gap, lower: True)
+    found = contradictions(bench)
+    assert not found, found
 
 
 @pytest.mark.parametrize("name", MUTANTS)
