@@ -24,7 +24,7 @@ from convexperc.problem import Problem
 from convexperc.rounding import UNDERFLOW, down, up
 from convexperc.scaling import Bounds, Scaling
 
-RELATIVE = 1e-8
+RELATIVE = 1e-9
 """Largest gap, as a share of F*, of a certified answer."""
 ABSOLUTE = 1e-14
 """Largest gap, as a share of ||o||^2, certified whatever F* is: about the rounding of float64 data."""
