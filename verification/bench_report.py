@@ -105,12 +105,14 @@ def _number(value: float) -> str:
 def frames_table(times: dict[str, FrameTimes]) -> Table:
     """Recognition against floor, one line an instance."""
     table = Table(
-        "instance", "floor ms", "recognition ms", "ratio", title="whole frame: Gram, X O, all solves"
-    )
+        "instance", "floor ms", "recognition ms", "ratio", "proved", "solved to the end",
+        title="whole frame: X and O to the proved label with w and u; floor: Gram and X O",
+    )  # fmt: skip
     for name, frame in times.items():
         whole = " / ".join(_number(1e3 * seconds) for seconds in frame.recognition)
         ratios = " / ".join(f"{ratio:.1f}" for ratio in frame.ratios)
-        table.add_row(name, _number(1e3 * frame.floor), whole, ratios)
+        proved, full = f"{frame.labelled} of {len(LAMBDAS)}", " / ".join(map(str, frame.full))
+        table.add_row(name, _number(1e3 * frame.floor), whole, ratios, proved, full)
     return table
 
 

@@ -8,6 +8,7 @@ from statistics import median
 
 import numpy as np
 
+from convexperc.recognition import Recognition, Verdict, recognize
 from convexperc.reduction import Reduction
 from convexperc.solvers.newton import Newton
 from verification.instances import LAMBDAS, Instance, Lambdas, Shape
@@ -28,11 +29,17 @@ class FrameTimes:
     floor : float
         The Gram matrices and X O alone.
     recognition : tuple of float
-        The same and every template solved, for each choice of the lambdas.
+        From X and O to the proved label with its w and u, for each choice of the lambdas.
+    labelled : int
+        Choices of the lambdas whose label is proved.
+    full : tuple of int
+        Templates that were solved to the end; lower bounds excluded the others.
     """
 
     floor: float
     recognition: tuple[float, ...]
+    labelled: int
+    full: tuple[int, ...]
 
     @property
     def ratios(self) -> tuple[float, ...]:
@@ -69,9 +76,11 @@ class Growth:
 
 def frame_times(instance: Instance, repeat: int) -> FrameTimes:
     """Time the floor and the recognition; a first call of each is not counted."""
+    found = [_recognised(instance, lambdas) for lambdas in LAMBDAS]
     floor = _timed(partial(_floor, instance), repeat)
-    whole = tuple(_timed(partial(_recognise, instance, lambdas), repeat) for lambdas in LAMBDAS)
-    return FrameTimes(floor, whole)
+    whole = tuple(_timed(partial(_recognised, instance, lambdas), repeat) for lambdas in LAMBDAS)
+    labelled = sum(each.verdict is Verdict.PROVED for each in found)
+    return FrameTimes(floor, whole, labelled, tuple(int(each.answers.certified.sum()) for each in found))
 
 
 def growth(repeat: int) -> list[Growth]:
@@ -123,5 +132,8 @@ def _solve(reduction: Reduction, C: np.ndarray, targets: np.ndarray, lambdas: La
     Newton(tolerance=TOLERANCE).batch(reduction, C, targets, np.tile(lambdas, (C.shape[0], 1)))
 
 
-def _recognise(instance: Instance, lambdas: Lambdas) -> None:
-    _solve(*_floor_and_norms(instance), lambdas)
+def _recognised(instance: Instance, lambdas: Lambdas) -> Recognition:
+    names = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
+    found = recognize(instance.X, instance.O, modalities=instance.modalities, **names)
+    _ = found.template().w, found.template().u
+    return found
