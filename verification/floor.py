@@ -133,7 +133,8 @@ def _solve(reduction: Reduction, C: np.ndarray, targets: np.ndarray, lambdas: La
 
 
 def _recognised(instance: Instance, lambdas: Lambdas) -> Recognition:
-    names = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
-    found = recognize(instance.X, instance.O, modalities=instance.modalities, **names)
+    one, two, three = lambdas
+    parts = instance.modalities
+    found = recognize(instance.X, instance.O, lambda1=one, lambda2=two, lambda3=three, modalities=parts)
     _ = found.template().w, found.template().u
     return found

@@ -2,10 +2,15 @@
 
 SciPy's routines are entered into the just-in-time compiler's table of symbols by name, so that compiled code
 can be kept on disk: it refers to the name, not to an address of this process.
+
+A symmetric matrix is read from the upper half of a C-ordered array, which is Fortran's lower half: a factor L
+with A = LL' is stored as the rows of L'. `stride` is the length of a row in memory, of which a leading part
+is meant; `work` is an int32 array of at least 8 entries.
 """
 
 from typing import no_type_check
 
+import numpy as np
 from llvmlite import binding
 from numba import njit, types
 from numba.extending import get_cython_function_address
@@ -19,55 +24,103 @@ def _routine(library: str, name: str, arguments: int) -> types.ExternalFunction:
 
 
 _POTRF = _routine("cython_lapack", "dpotrf", 5)
-_POTRS = _routine("cython_lapack", "dpotrs", 8)
-_POTRI = _routine("cython_lapack", "dpotri", 5)
+_TRTRI = _routine("cython_lapack", "dtrtri", 6)
+_LAUUM = _routine("cython_lapack", "dlauum", 5)
 _SYMV = _routine("cython_blas", "dsymv", 10)
-LOWER = 76
-"""The letter L, as LAPACK reads it: of Fortran's lower half, which is the upper one of a C-ordered array."""
+_SYRK = _routine("cython_blas", "dsyrk", 10)
+_TRMM = _routine("cython_blas", "dtrmm", 11)
+_TRSM = _routine("cython_blas", "dtrsm", 11)
+_TRSV = _routine("cython_blas", "dtrsv", 8)
+_LOWER, _LEFT, _RIGHT, _TRANSPOSED, _PLAIN = (np.array([ord(letter)], np.int32) for letter in "LLRTN")
+_UNIT = np.array([1], np.int32)
+_ONE, _ZERO, _MINUS = np.array([1.0]), np.array([0.0]), np.array([-1.0])
+LEAF = 16
+"""The size up to which dtrtri is left to itself."""
 
 
 @no_type_check
 @njit(cache=True)
 def cholesky(A, n, stride, work):
-    """Factor the leading n x n block of the symmetric C-ordered A in place; 0 where it succeeded.
-
-    `work` is an int32 array of at least 8 entries.
-    """
-    work[0], work[1], work[2], work[3] = n, stride, 0, LOWER
-    _POTRF(work[3:].ctypes, work.ctypes, A.ctypes, work[1:].ctypes, work[2:].ctypes)
+    """Factor the leading n x n block of A in place; 0 where it succeeded."""
+    work[0], work[1], work[2] = n, stride, 0
+    _POTRF(_LOWER.ctypes, work.ctypes, A.ctypes, work[1:].ctypes, work[2:].ctypes)
     return work[2]
 
 
 @no_type_check
 @njit(cache=True)
-def cholesky_solve(A, n, stride, B, count, width, work):
-    """Overwrite the first `count` rows of B, of `width` entries each, by the solutions of A x = row."""
-    work[0], work[1], work[2], work[3], work[4], work[5] = n, stride, 0, LOWER, count, width
-    _POTRS(
-        work[3:].ctypes, work.ctypes, work[4:].ctypes, A.ctypes, work[1:].ctypes, B.ctypes, work[5:].ctypes,
-        work[2:].ctypes,
+def cholesky_extend(A, start, n, stride, work):
+    """Go on with the factor of the leading `start` rows to that of the leading n; 0 where it succeeded."""
+    rest = A[start * stride + start :]
+    if start > 0:
+        beside = A[start:]
+        work[0], work[1], work[2] = n - start, start, stride
+        _TRSM(
+            _RIGHT.ctypes, _LOWER.ctypes, _TRANSPOSED.ctypes, _PLAIN.ctypes, work.ctypes, work[1:].ctypes,
+            _ONE.ctypes, A.ctypes, work[2:].ctypes, beside.ctypes, work[2:].ctypes,
+        )  # fmt: skip
+        _SYRK(
+            _LOWER.ctypes, _PLAIN.ctypes, work.ctypes, work[1:].ctypes, _MINUS.ctypes, beside.ctypes,
+            work[2:].ctypes, _ONE.ctypes, rest.ctypes, work[2:].ctypes,
+        )  # fmt: skip
+    return cholesky(rest, n - start, stride, work)
+
+
+@no_type_check
+@njit(cache=True)
+def cholesky_solve(A, n, stride, x, work):
+    """Overwrite x by the solution of LL'y = x."""
+    work[0], work[1] = n, stride
+    for direction in (_PLAIN, _TRANSPOSED):
+        _TRSV(
+            _LOWER.ctypes, direction.ctypes, _PLAIN.ctypes, work.ctypes, A.ctypes, work[1:].ctypes, x.ctypes,
+            _UNIT.ctypes,
+        )  # fmt: skip
+
+
+@no_type_check
+@njit(cache=True)
+def triangle_inverse(A, n, stride, work):
+    """Overwrite the triangle L in the leading n x n block of A by L^-1, by halves: dtrtri alone is slow.
+
+    The inverse of [[P, 0], [B, R]] is [[P^-1, 0], [-R^-1 B P^-1, R^-1]].
+    """
+    if n <= LEAF:
+        work[0], work[1], work[2] = n, stride, 0
+        _TRTRI(_LOWER.ctypes, _PLAIN.ctypes, work.ctypes, A.ctypes, work[1:].ctypes, work[2:].ctypes)
+        return
+    half = n // 2
+    beside, rest = A[half:], A[half * stride + half :]
+    triangle_inverse(A, half, stride, work)
+    triangle_inverse(rest, n - half, stride, work)
+    work[0], work[1], work[2] = n - half, half, stride
+    _TRMM(
+        _RIGHT.ctypes, _LOWER.ctypes, _PLAIN.ctypes, _PLAIN.ctypes, work.ctypes, work[1:].ctypes,
+        _MINUS.ctypes, A.ctypes, work[2:].ctypes, beside.ctypes, work[2:].ctypes,
+    )  # fmt: skip
+    _TRMM(
+        _LEFT.ctypes, _LOWER.ctypes, _PLAIN.ctypes, _PLAIN.ctypes, work.ctypes, work[1:].ctypes,
+        _ONE.ctypes, rest.ctypes, work[2:].ctypes, beside.ctypes, work[2:].ctypes,
     )  # fmt: skip
 
 
 @no_type_check
 @njit(cache=True)
-def cholesky_inverse(A, n, work):
-    """Overwrite the n x n Cholesky factor A by the whole inverse of the matrix that it is the factor of."""
-    work[0], work[2], work[3] = n, 0, LOWER
-    _POTRI(work[3:].ctypes, work.ctypes, A.ctypes, work.ctypes, work[2:].ctypes)
-    for a in range(n):
-        for b in range(a):
-            A[a, b] = A[b, a]
+def cholesky_inverse(A, n, stride, work):
+    """Overwrite the factor in the leading n x n block of A by the upper half of (LL')^-1."""
+    triangle_inverse(A, n, stride, work)
+    work[0], work[1], work[2] = n, stride, 0
+    _LAUUM(_LOWER.ctypes, work.ctypes, A.ctypes, work[1:].ctypes, work[2:].ctypes)
 
 
 @no_type_check
 @njit(cache=True)
-def symmetric_times(A, n, x, y, work, scalars):
-    """Set y = A x for a symmetric A; `scalars` is a float64 array that holds 1 and 0."""
-    work[0], work[1], work[2], work[3] = n, n, 1, LOWER
+def symmetric_times(A, n, stride, x, y, work):
+    """Set y = A x for the leading n x n block of A."""
+    work[0], work[1] = n, stride
     _SYMV(
-        work[3:].ctypes, work.ctypes, scalars.ctypes, A.ctypes, work[1:].ctypes, x.ctypes, work[2:].ctypes,
-        scalars[1:].ctypes, y.ctypes, work[2:].ctypes,
+        _LOWER.ctypes, work.ctypes, _ONE.ctypes, A.ctypes, work[1:].ctypes, x.ctypes, _UNIT.ctypes,
+        _ZERO.ctypes, y.ctypes, _UNIT.ctypes,
     )  # fmt: skip
 
 
@@ -80,9 +133,9 @@ def copy(source, target):
 
 
 @no_type_check
-@njit(cache=True)
+@njit(cache=True, fastmath={"reassoc", "contract"})
 def inner(x, y):
-    """The inner product of two short vectors."""
+    """The inner product of two short vectors; the order of the sum is the compiler's."""
     total = 0.0
     for k in range(x.size):
         total += x[k] * y[k]

@@ -9,8 +9,10 @@ from convexperc.arrays import Matrix, Vector
 from convexperc.problem import Problem
 from convexperc.reduction import Reduction
 from convexperc.solution import Candidate
-from convexperc.solvers.newton_kernel import Answers, Race, solve_batch
-from convexperc.solvers.quadratic import Model, minimise
+from convexperc.solvers.newton_kernel import Race, Rules, solve_batch
+from convexperc.solvers.quadratic import minimise, new_model
+
+NO_RACE = Race(np.empty(0), np.inf, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +106,7 @@ class Newton:
             ||o_j||^2.
         lambdas : float64 (p, 3)
         start : Start, optional
-            Cold without; then the t of one template starts the next.
+            Cold without; then the t of the first answer starts the others of the same lambda1.
         race : Race, optional
             Give up templates whose optimum is seen not to be the lowest.
 
@@ -116,13 +118,12 @@ class Newton:
         m = len(reduction.K)
         W = np.zeros((p, n)) if start is None else np.array(start.W, dtype=np.float64)
         T = np.zeros((p, m)) if start is None else np.array(start.T, dtype=np.float64)
-        answers = Answers(W, T, np.zeros((p, n)), np.zeros(p, dtype=np.int64), np.zeros((p, 2)))
-        solve_batch(
-            reduction.G, reduction.K, np.ascontiguousarray(C), targets, lambdas, answers,
-            self.tolerance, self.max_iterations, start is not None,
-            Race(np.empty(0), np.inf, 0.0) if race is None else race,
+        Q, iterations, _ = solve_batch(
+            reduction.G, reduction.K, np.ascontiguousarray(C), targets, lambdas, W, T,
+            Rules(self.tolerance, self.max_iterations, start is not None),
+            NO_RACE if race is None else race,
         )  # fmt: skip
-        return Batch(W, T, answers.Q, answers.iterations)
+        return Batch(W, T, Q, iterations)
 
     def _uncoupled(self, problem: Problem, reduction: Reduction) -> Candidate:
         """lambda1 = 0 (then u = 0) or lambda3 = 0 (then Xu is the projection of w): a lasso in w."""
@@ -152,10 +153,7 @@ def _range_basis(X: Matrix) -> Float[np.ndarray, "n r"]:
 def _lasso(quadratic: Float[np.ndarray, "n n"], c: Vector, weight: float) -> Vector:
     """Minimise w'Qw - 2 c'w + weight ||w||_1."""
     n = c.size
-    model = Model(
-        np.ascontiguousarray(2.0 * quadratic), -2.0 * c, np.zeros(n), np.zeros(n), np.empty(n),
-        np.empty(n * n), np.zeros(n, dtype=np.int64), np.empty(n, dtype=np.int64),
-        np.zeros(8, dtype=np.int32), np.array([1.0, 0.0]),
-    )  # fmt: skip
+    model = new_model(n)
+    model.H[:], model.h[:] = 2.0 * quadratic, -2.0 * c
     minimise(model, weight, 0.0, n, n)
-    return model.z
+    return np.asarray(model.z)

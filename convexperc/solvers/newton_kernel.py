@@ -1,13 +1,17 @@
 """Proximal Newton on (w, t), compiled: all templates of a frame in one call.
 
 The notation is that of `convexperc.reduction`. One iteration evaluates q and the duality gap, which is free,
-then minimises the quadratic model of the smooth part plus lambda2 ||w||_1 over t >= 0. In the first one t is
-held. The equation of t_i is posed as 1/||X_i'q|| = 2/lambda3, which is almost linear in t (the secular
-equation of trust-region methods); where that step does not descend, the plain Newton step is cut back until
-it does.
+then minimises the quadratic model of the smooth part plus lambda2 ||w||_1 over t >= 0. The equation of t_i is
+posed as 1/||X_i'q|| = 2/lambda3, which is almost linear in t (the secular equation of trust-region methods);
+where that step does not descend, the plain Newton step is cut back until it does. From a cold or a given
+start t is held in the first step; the start that templates share comes with the w that goes with its t.
+
+The last step may be a chord, which uses the Hessian in w of the step before: it divides the gap by about as
+much as that step did.
 
 Source: Lee, Sun and Saunders, Proximal Newton-type methods, SIAM J. Optim. 24 (2014); More and Sorensen,
-Computing a trust region step, SIAM J. Sci. Stat. Comput. 4 (1983).
+Computing a trust region step, SIAM J. Sci. Stat. Comput. 4 (1983); Kelley, Solving Nonlinear Equations with
+Newton's Method, SIAM (2003), chapter 2.
 """
 
 from typing import NamedTuple, no_type_check
@@ -16,50 +20,35 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from convexperc.solvers.lapack import cholesky, cholesky_inverse, cholesky_solve, copy, inner, symmetric_times
-from convexperc.solvers.quadratic import Model, minimise
+from convexperc.solvers.curvature import (
+    NEAR,
+    Data,
+    Point,
+    evaluate,
+    hessian,
+    new_curvature,
+    set_base,
+    start_at_base,
+)
+from convexperc.solvers.lapack import cholesky, cholesky_solve, copy, inner, symmetric_times
+from convexperc.solvers.quadratic import minimise, new_model
 
 NOISE = 4e-15
 """A rise of the objective below this share of ||o||^2 is rounding."""
 PATIENCE = 12
 """Iterations without halving the best gap, after which rounding has won."""
+CHORD = 0.1
+"""A chord is taken where it promises a gap below this share of the tolerance."""
 HELD, SECULAR, PLAIN = 0, 1, 2
 """The three steps that are tried in turn."""
 
-Floats = NDArray[np.float64]
 
+class Rules(NamedTuple):
+    """When a template is done: its relative gap, its iterations; and whether W and T hold the starts."""
 
-class Data(NamedTuple):
-    """One template's reduced problem: G (n, n), K (m, n, n), c (n,), ||o||^2 and the lambdas."""
-
-    G: Floats
-    K: Floats
-    c: Floats
-    target: float
-    lambda1: float
-    lambda2: float
-    lambda3: float
-
-
-class Point(NamedTuple):
-    """A point and what follows from it: q = S(t)^-1 w, K_i q, ||X_i'q||, G w."""
-
-    w: Floats
-    t: Floats
-    q: Floats
-    Kq: Floats
-    r: Floats
-    Gw: Floats
-
-
-class Answers(NamedTuple):
-    """W (p, n), T (p, m) and Q (p, n); iterations (p,); F and gap (p, 2). W and T may hold the starts."""
-
-    W: Floats
-    T: Floats
-    Q: Floats
-    iterations: NDArray[np.int64]
-    gaps: Floats
+    tolerance: float
+    limit: int
+    warm: bool
 
 
 class Race(NamedTuple):
@@ -74,20 +63,20 @@ class Race(NamedTuple):
         How far above, relatively, a template must be seen to be given up.
     """
 
-    units: Floats
+    units: NDArray[np.float64]
     ceiling: float
     margin: float
 
 
 @no_type_check
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def new_point(n, m):
     """A point with room for its numbers."""
     return Point(np.zeros(n), np.zeros(m), np.zeros(n), np.zeros((m, n)), np.zeros(m), np.zeros(n))
 
 
 @no_type_check
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def copy_point(source, target):
     """Copy every number."""
     copy(source.w, target.w)
@@ -100,32 +89,7 @@ def copy_point(source, target):
 
 
 @no_type_check
-@njit(cache=True)
-def evaluate(data, point, S, model):
-    """Factor S(t) and fill in what follows from (w, t); false where S is not positive definite."""
-    n, m = point.w.size, point.t.size
-    for a in range(n):
-        for b in range(n):
-            S[a, b] = 0.0
-        S[a, a] = 1.0 / data.lambda1
-    for i in range(m):
-        if point.t[i] > 0.0:
-            for a in range(n):
-                for b in range(n):
-                    S[a, b] += point.t[i] * data.K[i, a, b]
-    if cholesky(S, n, n, model.work) != 0:
-        return False
-    copy(point.w, point.q)
-    cholesky_solve(S, n, n, point.q, 1, n, model.work)
-    for i in range(m):
-        symmetric_times(data.K[i], n, point.q, point.Kq[i], model.work, model.scalars)
-        point.r[i] = np.sqrt(max(0.0, inner(point.q, point.Kq[i])))
-    symmetric_times(data.G, n, point.w, point.Gw, model.work, model.scalars)
-    return True
-
-
-@no_type_check
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def merit(data, point):
     """The reduced objective."""
     total = data.target
@@ -138,7 +102,7 @@ def merit(data, point):
 
 
 @no_type_check
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def gap(data, point):
     """(F, F - D) at u^i = t_i X_i'q and a = 2(X'w - o), b = -2q, scaled: a sum of terms >= 0."""
     wGw = cw = qq = size = pull = worst = 0.0
@@ -168,81 +132,65 @@ def gap(data, point):
 
 
 @no_type_check
-@njit(cache=True)
-def hessian(data, point, S, M, model):
-    """The Hessian of the smooth part, from the factor of S, with a ridge of the size of rounding."""
-    n, m, H = point.w.size, point.t.size, model.H
-    for a in range(n):
-        copy(S[a], M[a])
-    cholesky_inverse(M[:n], n, model.work)
-    for a in range(n):
-        for b in range(n):
-            H[a, b] = 2.0 * (data.G[a, b] + M[a, b])
-        H[a, a] *= 1.0 + 1e-15
-    largest = 0.0
-    for i in range(m):
-        symmetric_times(M, n, point.Kq[i], M[n + i], model.work, model.scalars)
-        for a in range(n):
-            H[a, n + i] = -2.0 * M[n + i, a]
-            H[n + i, a] = H[a, n + i]
-    for i in range(m):
-        for k in range(m):
-            H[n + i, n + k] = 2.0 * inner(point.Kq[i], M[n + k])
-        largest = max(largest, H[n + i, n + i])
-    for i in range(m):
-        H[n + i, n + i] += 1e-14 * largest + 1e-300
-
-
-@no_type_check
-@njit(cache=True)
-def pose(data, point, model, step):
-    """Set h of the model z'Hz/2 + h'z, and its start, for one of the three steps."""
-    n, m = point.w.size, point.t.size
+@njit(cache=True, error_model="numpy")
+def pose(data, point, curvature, model, step):
+    """Set h of the model z'Hz/2 + h'z and its start (w_R, t) for one of the steps; returns its unknowns."""
+    n, m, views = curvature.size[0], point.t.size, curvature.model_views
     half = 0.5 * data.lambda3
-    copy(point.w, model.start[:n])
+    N = n if step == HELD else n + m
+    for x in range(n):
+        model.start[x] = point.w[views[x]]
     copy(point.t, model.start[n:])
-    for k in range(n + m):
-        if k < n:
-            pull = 2.0 * (point.Gw[k] - data.c[k] + point.q[k])
-        elif step == SECULAR:
-            rho = point.r[k - n] / half
-            pull = -2.0 * half * half * rho * rho * (rho - 1.0)
+    symmetric_times(model.H, N, model.h.size, model.start, model.h, model.work)
+    for x in range(n):
+        a = views[x]
+        model.h[x] = 2.0 * (point.Gw[a] - data.c[a] + point.q[a]) - model.h[x]
+    for i in range(N - n):
+        if step == SECULAR:
+            rho = point.r[i] / half
+            slope = -2.0 * half * half * rho * rho * (rho - 1.0)
         else:
-            pull = half * half - point.r[k - n] * point.r[k - n]
-        for a in range(n):
-            pull -= model.H[k, a] * point.w[a]
-        if step != HELD:
-            for i in range(m):
-                pull -= model.H[k, n + i] * point.t[i]
-        model.h[k] = pull
+            slope = half * half - point.r[i] * point.r[i]
+        model.h[n + i] = slope - model.h[n + i]
+    return N
 
 
 @no_type_check
-@njit(cache=True)
-def between(start, end, share, result):
-    """The point at `share` of the way; exactly `end` at 1, so that zeros stay zeros."""
-    for k in range(start.size):
-        result[k] = end[k] if share == 1.0 else start[k] + share * (end[k] - start[k])
+@njit(cache=True, error_model="numpy")
+def move(point, curvature, model, lambda2, share, trial):
+    """Set (w, t) of `trial` to `share` of the way; exactly to its end at 1, so that zeros stay zeros.
+
+    The next working set is to hold what the model pulls nearly enough to leave 0.
+    """
+    n, views, z = curvature.size[0], curvature.model_views, model.z
+    trial.w[:] = 0.0
+    curvature.near[:] = 0
+    for x in range(n):
+        curvature.near[views[x]] = abs(model.h[x] + model.pull[x]) > NEAR * lambda2
+        old = point.w[views[x]]
+        trial.w[views[x]] = z[x] if share == 1.0 else old + share * (z[x] - old)
+    for i in range(trial.t.size):
+        old = point.t[i]
+        trial.t[i] = z[n + i] if share == 1.0 else old + share * (z[n + i] - old)
 
 
 @no_type_check
-@njit(cache=True)
-def descend_once(data, point, trial, height, model, S, first):
+@njit(cache=True, error_model="numpy")
+def descend_once(data, point, trial, height, model, curvature, first):
     """Minimise the model and step there; returns the new height, or infinity where no step descends."""
-    n, m = point.w.size, point.t.size
+    n = curvature.size[0]
     slack = 1e-10 * data.lambda3 * data.lambda3
     for step in (HELD, SECULAR, PLAIN):
         if step == HELD and not first:
             continue
-        pose(data, point, model, step)
-        minimise(model, data.lambda2, slack, n, n if step == HELD else n + m)
+        N = pose(data, point, curvature, model, step)
+        minimise(model, data.lambda2, slack, n, N)
         if step == HELD:
             copy(point.t, model.z[n:])
         share = 1.0
         for _ in range(12 if step == PLAIN else 1):
-            between(point.w, model.z[:n], share, trial.w)
-            between(point.t, model.z[n:], share, trial.t)
-            if evaluate(data, trial, S, model):
+            move(point, curvature, model, data.lambda2, share, trial)
+            if evaluate(data, trial, curvature, model.work):
                 reached = merit(data, trial)
                 if reached <= height + NOISE * data.target:
                     return reached
@@ -251,51 +199,54 @@ def descend_once(data, point, trial, height, model, S, first):
 
 
 @no_type_check
-@njit(cache=True)
-def solve_one(data, point, trial, best, model, S, M, tolerance, limit, ceiling):
-    """One template from the start in `point`; the answer is left in `best`. Returns iterations, F and gap.
+@njit(cache=True, error_model="numpy")
+def solve_one(data, point, trial, best, model, curvature, rules, hold, ceiling):
+    """One template from the start in `point`, where the first step may `hold` t; `best` is the answer.
 
-    It is given up as soon as F - gap, a lower bound of F*, exceeds `ceiling`.
+    Given up as soon as F - gap, a lower bound of F*, exceeds `ceiling`. Returns iterations, F and its gap.
     """
     best_F = best_gap = np.inf
+    curvature.near[:] = 1
     copy_point(point, best)
-    if not evaluate(data, point, S, model):
+    if not evaluate(data, point, curvature, model.work):
         return 0, best_F, best_gap
-    height, stalled, iteration = merit(data, point), 0, 0
+    height, stalled, iteration, chord = merit(data, point), 0, 0, False
     while True:
         F, excess = gap(data, point)
         stalled = 0 if excess < 0.5 * best_gap else stalled + 1
+        chord = not chord and best_gap < np.inf and excess * excess <= CHORD * rules.tolerance * F * best_gap
         if excess < best_gap:
             best_F, best_gap = F, excess
             copy_point(point, best)
-        if best_gap <= tolerance * best_F or best_gap <= 1e-15 * data.target:
+        if best_gap <= rules.tolerance * best_F or best_gap <= 1e-15 * data.target:
             break
-        if iteration == limit or stalled > PATIENCE or best_F - best_gap > ceiling:
+        if iteration == rules.limit or stalled > PATIENCE or best_F - best_gap > ceiling:
             break
-        hessian(data, point, S, M, model)
-        reached = descend_once(data, point, trial, height, model, S, iteration == 0)
+        hessian(data, point, curvature, model, chord)
+        reached = descend_once(data, point, trial, height, model, curvature, hold and iteration == 0)
         iteration += 1
-        if reached == np.inf:
+        if reached < np.inf:
+            copy_point(trial, point)
+            height = reached
+        elif not chord:
             break
-        copy_point(trial, point)
-        height = reached
     return iteration, best_F, best_gap
 
 
 @no_type_check
-@njit(cache=True)
-def cold_start(data, point, A, model):
+@njit(cache=True, error_model="numpy")
+def cold_start(data, point, A, work):
     """The w of the ridge problem, and the t at which each modality alone would satisfy its equation."""
     n, m = point.w.size, point.t.size
     for a in range(n):
-        copy(data.G[a], A[a])
-        A[a, a] = A[a, a] * (1.0 + 1e-12) + data.lambda1 + 1e-300
+        copy(data.G[a], A[a * n :])
+        A[a * n + a] = A[a * n + a] * (1.0 + 1e-12) + data.lambda1 + 1e-300
     copy(data.c, point.w)
-    if cholesky(A, n, n, model.work) == 0:
-        cholesky_solve(A, n, n, point.w, 1, n, model.work)
+    if cholesky(A, n, n, work) == 0:
+        cholesky_solve(A, n, n, point.w, work)
     ww = inner(point.w, point.w)
     for i in range(m):
-        symmetric_times(data.K[i], n, point.w, point.q, model.work, model.scalars)
+        symmetric_times(data.K[i], n, n, point.w, point.q, work)
         square = inner(point.w, point.q)
         point.t[i] = 0.0
         if square > 0.0:
@@ -304,39 +255,53 @@ def cold_start(data, point, A, model):
 
 
 @no_type_check
-@njit(cache=True)
-def solve_batch(G, K, C, targets, lambdas, answers, tolerance, limit, warm, race):
-    """Every template in turn; the t of one starts the next, unless `answers` holds the starts (`warm`).
+@njit(cache=True, error_model="numpy")
+def start(data, point, last, curvature, model):
+    """Begin at the base, made at the t of an answer, `last`; or begin cold: true where t is to be held."""
+    if np.isnan(curvature.base.t[0]) and (
+        last.max() == 0.0 or not set_base(data, last, curvature, model.work)
+    ):
+        cold_start(data, point, curvature.room, model.work)
+        return True
+    start_at_base(data, point, curvature, model)
+    return False
 
-    G (n, n), K (m, n, n), C (p, n) = X o_j, targets (p,) = ||o_j||^2, lambdas (p, 3). In a race, a template
-    is given up when it is seen to lie above `race.ceiling`, or above the lowest F of those before it.
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def solve_batch(G, K, C, targets, lambdas, W, T, rules, race):
+    """Every template in turn; those of equal lambda1 share a start, unless W and T hold theirs.
+
+    G (n, n), K (m, n, n), C (p, n) = X o_j, targets (p,) = ||o_j||^2, lambdas (p, 3). Fills in W (p, n) and
+    T (p, m); returns Q (p, n), the iterations (p,), and F with its gap (p, 2). In a race, a template is given
+    up when it is seen to lie above `race.ceiling`, or above the lowest F of those before it.
     """
     p, n = C.shape
     m = K.shape[0]
-    N = n + m
-    model = Model(
-        np.empty((N, N)), np.empty(N), np.empty(N), np.empty(N), np.empty(N), np.empty(N * N),
-        np.zeros(N, np.int64), np.empty(N, np.int64), np.zeros(8, np.int32), np.array([1.0, 0.0]),
-    )  # fmt: skip
-    S, M, last = np.empty((n, n)), np.empty((N, n)), np.zeros(m)
+    Q, iterations, gaps = np.zeros((p, n)), np.zeros(p, np.int64), np.empty((p, 2))
+    model, curvature, last = new_model(n + m), new_curvature(n, m), np.zeros(m)
     point, trial, best = new_point(n, m), new_point(n, m), new_point(n, m)
     ceiling = race.ceiling
     for j in range(p):
         data = Data(G, K, C[j], targets[j], lambdas[j, 0], lambdas[j, 1], lambdas[j, 2])
-        if warm:
-            copy(answers.W[j], point.w)
-            copy(answers.T[j], point.t)
+        if j > 0 and lambdas[j, 0] != lambdas[j - 1, 0]:
+            curvature.latest.t[0] = curvature.base.t[0] = np.nan
+            last[:] = 0.0
+        hold = rules.warm
+        if rules.warm:
+            copy(W[j], point.w)
+            copy(T[j], point.t)
         else:
-            cold_start(data, point, S, model)
-            if last.max() > 0.0:
-                copy(last, point.t)
-        top = ceiling / race.units[j] if race.units.size else np.inf
-        count, F, excess = solve_one(data, point, trial, best, model, S, M, tolerance, limit, top)
+            hold = start(data, point, last, curvature, model)
+        top = ceiling * (1.0 + race.margin) / race.units[j] if race.units.size else np.inf
+        iterations[j], gaps[j, 0], gaps[j, 1] = solve_one(
+            data, point, trial, best, model, curvature, rules, hold, top
+        )
         if race.units.size:
-            ceiling = min(ceiling, F * race.units[j] * (1.0 + race.margin))
-        answers.iterations[j], answers.gaps[j, 0], answers.gaps[j, 1] = count, F, excess
-        copy(best.w, answers.W[j])
-        copy(best.t, answers.T[j])
-        copy(best.q, answers.Q[j])
+            ceiling = min(ceiling, gaps[j, 0] * race.units[j])
+        copy(best.w, W[j])
+        copy(best.t, T[j])
+        copy(best.q, Q[j])
         if best.t.max() > 0.0:
             copy(best.t, last)
+    return Q, iterations, gaps

@@ -11,68 +11,129 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from convexperc.solvers.lapack import cholesky, cholesky_solve
+from convexperc.solvers.lapack import cholesky_extend, cholesky_solve, copy, inner, symmetric_times
 
 ACTIVE_SET_STEPS = 8
 SWEEPS = 40
 ROUNDS = 6
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 
 class Model(NamedTuple):
-    """The model, its start and its minimiser, and room to work: N unknowns."""
+    """The model, its start and its minimiser, and room to work: all sizes are those of N unknowns.
+
+    `order` lists the active unknowns, `counts` holds how many they are and for how many of them, from the
+    first on, `factor` still is the Cholesky factor of H: the caller forgets those whose rows of H it changes.
+    """
 
     H: Floats
     h: Floats
     z: Floats
     start: Floats
+    pull: Floats
     values: Floats
-    block: Floats
-    sign: NDArray[np.int64]
-    order: NDArray[np.int64]
+    factor: Floats
+    sign: Integers
+    order: Integers
+    counts: Integers
     work: NDArray[np.int32]
-    scalars: Floats
 
 
 @no_type_check
-@njit(cache=True)
-def solve_active(model, weight, n, N):
-    """Solve on the active set (sign != 0; sign 2 marks z >= 0); returns its size, or -1 if singular."""
-    count = 0
+@njit(cache=True, error_model="numpy")
+def new_model(N):
+    """A model with room for N unknowns."""
+    return Model(
+        np.zeros((N, N)), np.zeros(N), np.zeros(N), np.zeros(N), np.zeros(N), np.zeros(N),
+        np.zeros(N * N + 1), np.zeros(N, np.int64), np.zeros(N, np.int64), np.zeros(2, np.int64),
+        np.zeros(8, np.int32),
+    )  # fmt: skip
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def forget(model, first):
+    """The rows of H from `first` on have changed: keep of the factor what comes before them."""
+    for x in range(model.counts[1]):
+        if model.order[x] >= first:
+            model.counts[1] = x
+            return
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def arrange(model, N):
+    """List the unknowns of sign != 0: the old ones in their old order, then the new ones."""
+    count, kept = 0, model.counts[1]
+    order, listed = model.order, model.pull
     for k in range(N):
-        model.z[k] = 0.0
-        if model.sign[k] != 0:
-            model.order[count] = k
+        listed[k] = 0.0
+    for x in range(model.counts[0]):
+        k = order[x]
+        if k < N and model.sign[k] != 0:
+            order[count], listed[k] = k, 1.0
             count += 1
+        else:
+            kept = min(kept, count)
+    for k in range(N):
+        if model.sign[k] != 0 and listed[k] == 0.0:
+            order[count] = k
+            count += 1
+    model.counts[0], model.counts[1] = count, kept
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def factor_active(model):
+    """Bring the factor up to date with the list; false where H is singular there."""
+    count, kept = model.counts
+    stride, order, factor = model.h.size, model.order, model.factor
+    if kept == count:
+        return True
+    for y in range(count):
+        row = model.H[order[y]]
+        for x in range(max(y, kept), count):
+            factor[y * stride + x] = row[order[x]]
+    if cholesky_extend(factor, kept, count, stride, model.work) != 0:
+        model.counts[1] = 0
+        return False
+    model.counts[1] = count
+    return True
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def solve_active(model, weight, n, N):
+    """Solve on the active set (sign != 0; sign 2 marks z >= 0); false where H is singular there."""
+    arrange(model, N)
+    if not factor_active(model):
+        return False
+    count = model.counts[0]
     for x in range(count):
         k = model.order[x]
         model.values[x] = -model.h[k] - (weight * model.sign[k] if k < n else 0.0)
-        for y in range(count):
-            model.block[x * count + y] = model.H[k, model.order[y]]
-    if count > 0:
-        if cholesky(model.block, count, count, model.work) != 0:
-            return -1
-        cholesky_solve(model.block, count, count, model.values, 1, count, model.work)
+    cholesky_solve(model.factor, count, model.h.size, model.values, model.work)
+    for k in range(N):
+        model.z[k] = 0.0
     for x in range(count):
         model.z[model.order[x]] = model.values[x]
-    return count
+    return True
 
 
 @no_type_check
-@njit(cache=True)
-def update_active(model, weight, slack, n, N, count):
+@njit(cache=True, error_model="numpy")
+def update_active(model, weight, slack, n, N):
     """Drop what has the wrong sign, add what is pulled over its bound; true where nothing changed."""
     settled = True
+    symmetric_times(model.H, N, model.h.size, model.z, model.pull, model.work)
     for k in range(N):
+        pull = model.h[k] + model.pull[k]
         if model.sign[k] != 0:
             if model.z[k] * model.sign[k] <= 0:
                 model.sign[k], model.z[k], settled = 0, 0.0, False
-            continue
-        pull = model.h[k]
-        for x in range(count):
-            pull += model.H[k, model.order[x]] * model.values[x]
-        if k < n and abs(pull) > weight * (1 + 1e-12):
+        elif k < n and abs(pull) > weight * (1 + 1e-12):
             model.sign[k], settled = (-1 if pull > 0 else 1), False
         elif k >= n and pull < -slack:
             model.sign[k], settled = 2, False
@@ -80,23 +141,22 @@ def update_active(model, weight, slack, n, N, count):
 
 
 @no_type_check
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def active_set(model, weight, slack, n, N):
     """Primal-dual active sets from the support of z; true where they settled on a solution."""
     for k in range(N):
         z = model.z[k]
         model.sign[k] = 0 if z == 0 else (2 if k >= n else (1 if z > 0 else -1))
     for _ in range(ACTIVE_SET_STEPS):
-        count = solve_active(model, weight, n, N)
-        if count < 0:
+        if not solve_active(model, weight, n, N):
             return False
-        if update_active(model, weight, slack, n, N, count):
+        if update_active(model, weight, slack, n, N):
             return True
     return False
 
 
 @no_type_check
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def sweep(model, weight, n, N):
     """One round of coordinate descent on `start`."""
     z = model.start
@@ -105,9 +165,7 @@ def sweep(model, weight, n, N):
         if curvature <= 0.0:
             z[k] = 0.0
             continue
-        pull = model.h[k]
-        for y in range(N):
-            pull += model.H[k, y] * z[y]
+        pull = model.h[k] + inner(model.H[k, :N], z[:N])
         value, threshold = z[k] - pull / curvature, weight / curvature
         if k >= n:
             z[k] = max(value, 0.0)
@@ -120,19 +178,16 @@ def sweep(model, weight, n, N):
 
 
 @no_type_check
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def minimise(model, weight, slack, n, N):
     """Minimise over the first N unknowns, from `start`; coordinate descent where active sets cycle."""
-    for k in range(N):
-        model.z[k] = model.start[k]
+    copy(model.start[:N], model.z)
     if active_set(model, weight, slack, n, N):
         return
     for _ in range(ROUNDS):
         for _ in range(SWEEPS):
             sweep(model, weight, n, N)
-        for k in range(N):
-            model.z[k] = model.start[k]
+        copy(model.start[:N], model.z)
         if active_set(model, weight, slack, n, N):
             return
-    for k in range(N):
-        model.z[k] = model.start[k]
+    copy(model.start[:N], model.z)

@@ -1,0 +1,92 @@
+"""The compiled pieces of the proximal Newton method against NumPy, and what templates share in a batch."""
+
+import numpy as np
+import pytest
+
+from convexperc.problem import Problem
+from convexperc.reduction import Reduction
+from convexperc.solvers.lapack import cholesky_extend, cholesky_inverse, cholesky_solve
+from convexperc.solvers.newton import NO_RACE, Newton
+from convexperc.solvers.newton_kernel import Rules, solve_batch
+from convexperc.solvers.quadratic import minimise, new_model
+from verification.instances import LAMBDAS, SHAPES, Instance
+
+
+def positive(n: int, seed: int = 0) -> np.ndarray:
+    rows = np.random.default_rng(seed).normal(size=(n, 2 * n))
+    return np.asarray(rows @ rows.T)
+
+
+@pytest.mark.parametrize("n", [1, 2, 16, 17, 33, 64, 101])
+@pytest.mark.parametrize("spare", [0, 3])
+def test_the_factor_the_solution_and_the_inverse(n, spare):
+    A, x, work = positive(n), np.arange(1.0, n + 1), np.zeros(8, np.int32)
+    stride = n + spare
+    room = np.zeros((n, stride))
+    room[:, :n] = np.triu(A)
+    flat, y = room.ravel(), x.copy()
+    for start, stop in ((0, n // 3), (n // 3, n)):
+        assert start == stop or cholesky_extend(flat, start, stop, stride, work) == 0, (start, stop)
+    assert np.allclose(np.triu(room[:, :n]).T, np.linalg.cholesky(A), rtol=1e-10, atol=1e-10), n
+    cholesky_solve(flat, n, stride, y, work)
+    assert np.allclose(A @ y, x, rtol=1e-9), (A @ y, x)
+    cholesky_inverse(flat, n, stride, work)
+    assert np.allclose(np.triu(room[:, :n]), np.triu(np.linalg.inv(A)), rtol=1e-8, atol=1e-12), n
+
+
+def test_what_is_not_positive_definite_is_refused():
+    A, work = np.diag([1.0, 2.0, -1.0, 4.0]).ravel(), np.zeros(8, np.int32)
+    assert cholesky_extend(A, 0, 2, 4, work) == 0
+    assert cholesky_extend(A, 2, 4, 4, work) != 0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_minimiser_of_the_model_is_stationary_and_a_factor_can_be_used_again(seed):
+    rng, n, N, weight = np.random.default_rng(seed), 6, 9, 2.0
+    model = new_model(N)
+    model.H[:] = positive(N, seed)
+    for _ in range(3):
+        model.h[:] = 10 * rng.normal(size=N)
+        minimise(model, weight, 0.0, n, N)
+        z, slope = model.z, model.H @ model.z + model.h
+        assert (z[n:] >= 0).all(), z
+        assert (slope[n:] >= -1e-9).all(), slope
+        assert np.allclose(slope[n:][z[n:] > 0], 0, atol=1e-9), slope
+        assert np.allclose(slope[:n][z[:n] != 0], -weight * np.sign(z[:n][z[:n] != 0]), atol=1e-9), (z, slope)
+        assert (abs(slope[:n]) <= weight * (1 + 1e-9)).all(), slope
+
+
+@pytest.mark.parametrize("lambdas", LAMBDAS)
+@pytest.mark.parametrize("name", ["S", "M"])
+def test_every_template_reaches_the_gap(name, lambdas):
+    instance = Instance.of(SHAPES[name])
+    reduction, (p, n) = Reduction.of(instance.X, instance.modalities), instance.C.shape
+    W, T = np.zeros((p, n)), np.zeros((p, len(reduction.K)))
+    _, iterations, gaps = solve_batch(
+        reduction.G,
+        reduction.K,
+        instance.C,
+        instance.targets,
+        np.tile(lambdas, (p, 1)),
+        W,
+        T,
+        Rules(9e-10, 80, False),
+        NO_RACE,
+    )
+    assert (gaps[:, 1] <= 9e-10 * gaps[:, 0]).all(), gaps
+    assert iterations.mean() <= 4, iterations
+
+
+def test_templates_of_several_lambdas_do_not_disturb_each_other():
+    rng = np.random.default_rng(3)
+    X = rng.random((5, 30))
+    lambdas = np.array([(one, 0.1, 0.2) for one in (1.0, 1.0, 0.1, 0.1, 0.1, 10.0, 1.0, 1.0)])
+    objects = rng.random((len(lambdas), 5)) @ X + 0.1 * rng.random((len(lambdas), 30))
+    problem = Problem(X, objects[0], modalities=[10, 20], lambda1=1, lambda2=1, lambda3=1)
+    reduction = Reduction.of(problem.X, problem.modalities)
+    C, targets = objects @ X.T, np.einsum("pd,pd->p", objects, objects)
+    together = Newton().batch(reduction, C, targets, lambdas)
+    for j in range(len(lambdas)):
+        alone = Newton().batch(reduction, C[j : j + 1], targets[j : j + 1], lambdas[j : j + 1])
+        assert np.allclose(alone.W[0], together.W[j], atol=1e-7), (j, alone.W, together.W[j])
+        assert np.allclose(alone.T[0], together.T[j], atol=1e-4), (j, alone.T, together.T[j])
