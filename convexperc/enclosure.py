@@ -5,23 +5,52 @@ the certificate's width is limited by w and u; here it is limited by patience al
 """
 
 import math
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import flint
 import numpy as np
 
-from convexperc.arrays import FeatureVector, Vector
+from convexperc.arrays import FeatureVector, Vector, point_entries
 from convexperc.ball_duality import dual_value, objective_at, primal_value
 from convexperc.certificate import ABSOLUTE, Certificate
+from convexperc.errors import PointError, SolverError
 from convexperc.exact import exact_optimum
 from convexperc.interior import Central, CentralPath
-from convexperc.multiprecision import BallFrame, Number, Numbers, dot, exact_matrix, precision, times
+from convexperc.multiprecision import BallFrame, ExactData, Number, Numbers, dot, precision, times
 from convexperc.problem import Problem
+from convexperc.refinement import Refinement, Start
 from convexperc.scaling import Scaling
+from convexperc.solvers.newton import Newton
 
 BITS = (128, 256, 512, 2048, 8192)
 """Precisions that are tried in turn; entries from 1e-150 to 1e150 in one matrix need the last ones."""
+
+
+@dataclass(frozen=True)
+class ExactPoint:
+    """The point behind an enclosure before any rounding, on the original data.
+
+    Attributes
+    ----------
+    w : n Fractions
+    t : m Fractions
+        u^i = t_i X_i' q, where lambda1, lambda3 > 0.
+    q : n Fractions
+        The dual point's b is about -2 q.
+    value : Fraction
+        Upper bound of F at the point.
+    lower, upper : Fraction
+        lower <= F* <= upper <= value.
+    """
+
+    w: tuple[Fraction, ...]
+    t: tuple[Fraction, ...]
+    q: tuple[Fraction, ...]
+    value: Fraction
+    lower: Fraction
+    upper: Fraction
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +72,8 @@ class Enclosure:
         Precision that was needed.
     steps : int
         Newton steps.
+    exact : ExactPoint
+        The point and the interval before rounding to float64.
     """
 
     lower: float
@@ -53,105 +84,226 @@ class Enclosure:
     u: np.ndarray
     bits: int
     steps: int
+    exact: ExactPoint = field(repr=False)
 
 
 def enclose(
-    problem: Problem, *, relative_tolerance: float = 1e-12, absolute_tolerance: float = ABSOLUTE / 10
+    problem: Problem,
+    *,
+    relative_tolerance: float = 1e-12,
+    absolute_tolerance: float = ABSOLUTE / 10,
+    bits: int = BITS[0],
+    start: tuple[Vector, FeatureVector] | None = None,
 ) -> Enclosure:
     """Enclose F* until the interval is as narrow as asked, or `BITS` is exhausted.
+
+    In each precision Newton's method refines a float64 answer; where that is not narrow enough, the central
+    path is followed from its beginning. In the equality cases of `convexperc.exact` the interval is known
+    beforehand, and the path gives the point: it prefers a short w, which survives rounding to float64.
 
     Parameters
     ----------
     problem : Problem
     relative_tolerance, absolute_tolerance : float
         Stop at a width of relative_tolerance F* or absolute_tolerance ||o||^2.
+    bits : int
+        The first precision, at least 53; the larger ones of `BITS` follow where it is not enough.
+    start : pair of float64 (n,) and (d,), optional
+        A point (w, u) near the optimum, such as a solution's, to be refined; it is never believed. Without,
+        `convexperc.solvers.newton.Newton` gives one.
 
     Returns
     -------
     Enclosure
         Its widths say what was reached.
+
+    Raises
+    ------
+    PointError
+        A start of a wrong shape, or fewer than 53 bits.
     """
-    best = _trivial(problem)
-    for bits in BITS:
-        try:
-            with precision(bits):
-                found = _follow(problem, bits, relative_tolerance, absolute_tolerance)
-        except ZeroDivisionError:  # a matrix that is singular in this precision
-            continue
-        if best.steps == 0 or found.share_of_target < best.share_of_target:
-            best = found
-        if _narrow(best.relative_width, best.share_of_target, relative_tolerance, absolute_tolerance):
+    if bits < 53:
+        raise PointError("bits", value=bits, must="must be at least 53")
+    known = _Known.of(problem, start)
+    tolerances = relative_tolerance, absolute_tolerance
+    best = _in_one_precision(known, bits, tolerances)
+    for more in BITS:
+        narrow = best.relative_width <= relative_tolerance or best.share_of_target <= absolute_tolerance
+        if narrow and best.steps:
             break
+        if more > bits:
+            found = _in_one_precision(known, more, tolerances)
+            best = found if not best.steps or found.share_of_target < best.share_of_target else best
     return best
 
 
-def _trivial(problem: Problem) -> Enclosure:
-    """0 <= F* <= ||o||^2, which w = u = 0 attains."""
-    with precision(BITS[0]):
-        o = [flint.arb(float(v)) for v in problem.o]
-        upper = _up(dot(o, o))
-    zero = np.zeros(problem.n), np.zeros(problem.d)
-    share = 1.0 if upper > 0.0 else 0.0
-    return Enclosure(0.0, upper, math.inf if share else 0.0, share, *zero, BITS[0], 0)
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What does not depend on the precision.
+
+    Attributes
+    ----------
+    optimum : Fraction or None
+        The exact one of the equality case.
+    near : Start or None
+        A float64 answer.
+    """
+
+    problem: Problem
+    scaling: Scaling
+    data: ExactData
+    optimum: Fraction | None
+    near: Start | None
+
+    @classmethod
+    def of(cls, problem: Problem, start: tuple[Vector, FeatureVector] | None) -> "_Known":
+        scaling = Scaling.of(problem)
+        near = _float_answer(problem, scaling, start)
+        return cls(problem, scaling, ExactData.of(problem), exact_optimum(problem), near)
 
 
-def _narrow(relative: float, share: float, relative_tolerance: float, absolute_tolerance: float) -> bool:
-    return relative <= relative_tolerance or share <= absolute_tolerance
+def _in_one_precision(known: _Known, bits: int, tolerances: tuple[float, float]) -> Enclosure:
+    """The best that one precision gives."""
+    scaling = known.scaling
+    with precision(bits):
+        frame = BallFrame.of(known.problem, (scaling.x, scaling.o), known.data)
+        interval = _Interval(frame, _scaled_ball(known.optimum, scaling), tolerances)
+        with suppress(ZeroDivisionError):  # a matrix that is singular in this precision
+            if known.optimum is None:
+                _refine(interval, known.near)
+            if not (interval.steps and interval.narrow):
+                _follow(interval)
+        return interval.enclosure(known)
 
 
-def _follow(problem: Problem, bits: int, relative_tolerance: float, absolute_tolerance: float) -> Enclosure:
-    """Follow the central path in one precision."""
-    scaling = Scaling.of(problem)
-    frame = BallFrame.of(problem, (scaling.x, scaling.o))
-    path = CentralPath(frame)
-    exact = _exact_ball(problem, scaling)
-    upper, lower, best = frame.target.upper(), flint.arb(0), path.point()
-    stalled = 0
-    while True:
-        path.advance()
-        point = path.point()
-        high, low = primal_value(frame, point).upper(), dual_value(frame, point).lower()
+def _float_answer(
+    problem: Problem, scaling: Scaling, given: tuple[Vector, FeatureVector] | None
+) -> Start | None:
+    """The start in normalised units; None where no solver answers in finite numbers."""
+    normal = scaling.normalise(problem)
+    if given is not None:
+        w = point_entries(given[0], problem.n, "w", finite=True)
+        w, u = scaling.point(w, point_entries(given[1], problem.d, "u", finite=True))
+    else:
+        try:
+            with np.errstate(all="ignore"):
+                found = Newton().candidate(normal)
+        except (SolverError, ArithmeticError, np.linalg.LinAlgError):
+            return None
+        w, u = found.w, found.u
+    t = np.zeros(problem.m)
+    if normal.lambda3 > 0.0:
+        with np.errstate(over="ignore"):
+            t = 2.0 * normal.modalities.norms(u) / normal.lambda3
+    return Start(w, t) if np.isfinite(w).all() and np.isfinite(t).all() else None
+
+
+class _Interval:
+    """The narrowest interval of F* so far, normalised, in one precision; at first 0 <= F* <= ||o||^2."""
+
+    def __init__(self, frame: BallFrame, exact: Number | None, tolerances: tuple[float, float]) -> None:
+        self.frame, self.tolerances, self.steps = frame, tolerances, 0
+        zero = flint.arb(0)
+        self.lower, self.upper = zero, frame.target.upper()
         if exact is not None:
-            high, low = exact.upper(), exact.lower()
-        narrower = high < upper or low > lower
-        stalled = 0 if narrower else stalled + 1
-        if high < upper:
-            upper, best = high, point
-        lower = low if low > lower else lower
-        relative, share = _quotient(upper - lower, lower), _quotient(upper - lower, frame.target.lower())
-        done = _narrow(relative, share, relative_tolerance, absolute_tolerance)
-        if done or stalled > 3 or path.mu < frame.target * flint.arb(2) ** (-bits):
+            self.lower, self.upper = exact.lower(), exact.upper()
+        self.value = frame.target.upper()
+        self.point = Central([zero] * frame.n, [zero] * len(frame.K), [zero] * frame.n, zero)
+
+    def try_point(self, point: Central) -> bool:
+        """Bound F* by what the point gives; true where the interval or F at the point is better."""
+        value, low = primal_value(self.frame, point).upper(), dual_value(self.frame, point).lower()
+        better = bool(value < self.value) or bool(low > self.lower)
+        if value < self.value:
+            self.value, self.point = value, point
+        self.upper = min(self.upper, value)
+        self.lower = max(self.lower, low)
+        return better
+
+    @property
+    def relative(self) -> float:
+        """Upper bound of (upper - lower) / F*."""
+        return _quotient(self.upper - self.lower, self.lower)
+
+    @property
+    def share(self) -> float:
+        """Upper bound of (upper - lower) / ||o||^2."""
+        return _quotient(self.upper - self.lower, self.frame.target.lower())
+
+    @property
+    def narrow(self) -> bool:
+        """Whether the interval is within the tolerances."""
+        return self.relative <= self.tolerances[0] or self.share <= self.tolerances[1]
+
+    def enclosure(self, known: _Known) -> Enclosure:
+        """The interval and its point on the original data."""
+        w, u = _floats(known, self.frame, self.point)
+        unit = flint.arb(2) ** (2 * known.scaling.o)
+        ends = _down(self.lower * unit), _up(self.upper * unit)
+        exact = _exact_point(self, known.scaling)
+        return Enclosure(*ends, self.relative, self.share, w, u, flint.ctx.prec, self.steps, exact)
+
+
+def _refine(interval: _Interval, near: Start | None) -> None:
+    """Newton's method from the float64 answer."""
+    if near is None:
+        return
+    refinement = Refinement(interval.frame, near)
+    interval.try_point(refinement.point())
+    interval.steps += refinement.steps
+
+
+def _follow(interval: _Interval) -> None:
+    """Follow the central path until the interval is narrow, or no more is gained."""
+    path, before, stalled = CentralPath(interval.frame), interval.steps, 0
+    while stalled <= 3 and path.mu >= interval.frame.target * flint.arb(2) ** (-flint.ctx.prec):
+        path.advance()
+        stalled = 0 if interval.try_point(path.point()) else stalled + 1
+        interval.steps = before + path.steps
+        if interval.narrow:
             break
-    w, u = _floats(problem, scaling, frame, best)
-    unit = flint.arb(2) ** (2 * scaling.o)
-    bounds = _down(lower * unit), _up(upper * unit)
-    return Enclosure(*bounds, relative, share, w, u, bits, path.steps)
 
 
-def _exact_ball(problem: Problem, scaling: Scaling) -> Number | None:
-    """The exact optimum of the equality case, in the precision in force."""
-    exact = exact_optimum(problem)
+def _exact_point(interval: _Interval, scaling: Scaling) -> ExactPoint:
+    """Everything as rationals, in the units of the original data."""
+    x, o, point = scaling.x, scaling.o, interval.point
+    ends = (_fraction(end, 2 * o) for end in (interval.value, interval.lower, interval.upper))
+    return ExactPoint(
+        tuple(_fraction(v, o - x) for v in point.w),
+        tuple(_fraction(v, -4 * x) for v in point.t),
+        tuple(_fraction(v, x + o) for v in point.q),
+        *ends,
+    )
+
+
+def _fraction(value: Number, exponent: int) -> Fraction:
+    """A ball without radius times 2^exponent."""
+    whole, own = (int(part) for part in value.mid().man_exp())
+    return whole * Fraction(2) ** (own + exponent)
+
+
+def _scaled_ball(exact: Fraction | None, scaling: Scaling) -> Number | None:
+    """The exact optimum of the equality case, normalised, in the precision in force."""
     if exact is None:
         return None
     value = exact / Fraction(2) ** (2 * scaling.o)
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
-def _floats(
-    problem: Problem, scaling: Scaling, frame: BallFrame, point: Central
-) -> tuple[Vector, np.ndarray]:
+def _floats(known: _Known, frame: BallFrame, point: Central) -> tuple[Vector, np.ndarray]:
     """The point (w, u) on the original data, rounded to nearest."""
+    problem, scaling = known.problem, known.scaling
     unit = flint.arb(2) ** (scaling.o - scaling.x)
-    w = np.array([_nearest(v * unit) for v in point.w])
-    u = np.zeros(problem.d)
+    w, u = np.array([float(v * unit) for v in point.w]), np.zeros(problem.d)
     if problem.lambda1 == 0.0:
         return w, u
     unit = unit * flint.arb(2) ** (-2 * scaling.x)
     if problem.lambda3 == 0.0:
-        y = [v * unit for v in _least_norm(frame, point.w)]
-        return w, _combined(problem.X, y)
-    for weight, columns in zip(point.t, problem.modalities, strict=True):
-        u[columns] = _combined(problem.X[:, columns], [weight * v * unit for v in point.q])
+        parts = [[v * unit for v in _least_norm(frame, point.w)]] * problem.m
+    else:
+        parts = [[weight * v * unit for v in point.q] for weight in point.t]
+    for columns, part in zip(problem.modalities, known.data.columns(parts), strict=True):
+        u[columns] = [float(v) for v in part]
     return w, u
 
 
@@ -169,15 +321,6 @@ def _least_norm(frame: BallFrame, w: Numbers) -> Numbers:
         for k, row in enumerate(rows):
             y[row] = found[k, 0].mid()
     return y
-
-
-def _combined(X: np.ndarray, y: Numbers) -> np.ndarray:
-    """X'y, rounded to nearest."""
-    return np.array([_nearest(v) for v in times(exact_matrix(X.T, 0), y)])
-
-
-def _nearest(value: Number) -> float:
-    return float(value.mid())
 
 
 def _up(value: Number) -> float:
