@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from convexperc.solvers.newton import Newton
     from convexperc.solvers.qp import Quadratic
     from convexperc.solving import solve
+    from convexperc.weights import WeightIntervals, weight_intervals
 
 __version__ = "0.1.0"
 
@@ -40,6 +41,7 @@ _HOMES = {
     "Solution": "solution",
     "Status": "solution",
     "Verdict": "recognition",
+    "WeightIntervals": "weights",
     "certify": "certificate",
     "critical_lambda2": "critical",
     "critical_lambda3": "critical",
@@ -49,6 +51,7 @@ _HOMES = {
     "perceive": "perception",
     "recognize": "recognition",
     "solve": "solving",
+    "weight_intervals": "weights",
 }
 
 __all__ = [
@@ -66,6 +69,7 @@ __all__ = [
     "Solution",
     "Status",
     "Verdict",
+    "WeightIntervals",
     "certify",
     "critical_lambda2",
     "critical_lambda3",
@@ -75,6 +79,7 @@ __all__ = [
     "perceive",
     "recognize",
     "solve",
+    "weight_intervals",
 ]
 
 

@@ -18,7 +18,17 @@ from convexperc.certificate import ABSOLUTE, Certificate
 from convexperc.errors import PointError, SolverError
 from convexperc.exact import exact_optimum
 from convexperc.interior import Central, CentralPath
-from convexperc.multiprecision import BallFrame, ExactData, Number, Numbers, dot, precision, times
+from convexperc.multiprecision import (
+    BallFrame,
+    ExactData,
+    Number,
+    Numbers,
+    dot,
+    float_above,
+    float_below,
+    precision,
+    times,
+)
 from convexperc.problem import Problem
 from convexperc.refinement import Refinement, Start
 from convexperc.scaling import Scaling
@@ -36,7 +46,7 @@ class ExactPoint:
     ----------
     w : n Fractions
     t : m Fractions
-        u^i = t_i X_i' q, where lambda1, lambda3 > 0.
+        u^i = t_i X_i' q where lambda1, lambda3 > 0; without meaning elsewhere.
     q : n Fractions
         The dual point's b is about -2 q.
     value : Fraction
@@ -239,7 +249,7 @@ class _Interval:
         """The interval and its point on the original data."""
         w, u = _floats(known, self.frame, self.point)
         unit = flint.arb(2) ** (2 * known.scaling.o)
-        ends = _down(self.lower * unit), _up(self.upper * unit)
+        ends = _down(self.lower * unit), float_above(self.upper * unit)
         exact = _exact_point(self, known.scaling)
         return Enclosure(*ends, self.relative, self.share, w, u, flint.ctx.prec, self.steps, exact)
 
@@ -267,10 +277,11 @@ def _follow(interval: _Interval) -> None:
 def _exact_point(interval: _Interval, scaling: Scaling) -> ExactPoint:
     """Everything as rationals, in the units of the original data."""
     x, o, point = scaling.x, scaling.o, interval.point
+    t = point.t or [flint.arb(0)] * len(interval.frame.K)
     ends = (_fraction(end, 2 * o) for end in (interval.value, interval.lower, interval.upper))
     return ExactPoint(
         tuple(_fraction(v, o - x) for v in point.w),
-        tuple(_fraction(v, -4 * x) for v in point.t),
+        tuple(_fraction(v, -4 * x) for v in t),
         tuple(_fraction(v, x + o) for v in point.q),
         *ends,
     )
@@ -323,22 +334,14 @@ def _least_norm(frame: BallFrame, w: Numbers) -> Numbers:
     return y
 
 
-def _up(value: Number) -> float:
-    """The smallest float that is not below the number."""
-    near = float(value.upper())
-    return near if flint.arb(near) >= value else math.nextafter(near, math.inf)
-
-
 def _down(value: Number) -> float:
-    near = float(value.lower())
-    near = near if flint.arb(near) <= value else math.nextafter(near, -math.inf)
-    return max(0.0, near)
+    return max(0.0, float_below(value))
 
 
 def _quotient(width: Number, value: Number) -> float:
     if not width > 0:
         return 0.0
-    return _up(width / value) if value > 0 else math.inf
+    return float_above(width / value) if value > 0 else math.inf
 
 
 def certify_in_balls(
@@ -368,11 +371,11 @@ def certify_in_balls(
     lower, upper = max(found.lower, certificate.lower), min(found.upper, certificate.upper)
     with precision(2 * found.bits):
         value = objective_at(problem, w, u)
-        bounds = _down(value), _up(value)
+        bounds = _down(value), float_above(value)
         gap = (value - flint.arb(lower)).nonnegative_part()
         target = dot(*[[flint.arb(float(v)) for v in problem.o]] * 2)
         relative, share = _quotient(gap.upper(), flint.arb(lower)), _quotient(gap.upper(), target.lower())
-        excess = _up(gap) if gap > 0 else max(0.0, _up(gap))
+        excess = float_above(gap) if gap > 0 else max(0.0, float_above(gap))
     return replace(
         certificate,
         lower=lower,

@@ -3,6 +3,7 @@
 Every number is an `arb` of python-flint: a midpoint with a radius that encloses the real number meant.
 """
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -37,6 +38,18 @@ def exact_matrix(values: np.ndarray) -> Any:
     """Floats of shape (r, k) as they are."""
     rows, columns = values.shape
     return flint.arb_mat(rows, columns, values.ravel().tolist())
+
+
+def float_above(value: Number) -> float:
+    """The smallest float that is not below the number."""
+    near = float(value.upper())
+    return near if flint.arb(near) >= value else math.nextafter(near, math.inf)
+
+
+def float_below(value: Number) -> float:
+    """The largest float that is not above the number."""
+    near = float(value.lower())
+    return near if flint.arb(near) <= value else math.nextafter(near, -math.inf)
 
 
 def midpoint(values: Numbers) -> Numbers:
