@@ -14,7 +14,7 @@ import flint
 import numpy as np
 
 from convexperc.arrays import Matrix
-from convexperc.exact import integers, row_basis, solve
+from convexperc.exact import PRIMES, RowBasis, integers, row_basis, solve
 from convexperc.problem import Problem
 
 Number = Any
@@ -157,26 +157,39 @@ def _zeros(rows: int, columns: int) -> Any:
 
 
 def left_null_space(X: Matrix) -> tuple[Any, tuple[int, ...]]:
-    """A basis of {b : X'b = 0} and a row basis of X.
+    """A basis of {b : X'b = 0}, None where that is {0}, and a row basis of X.
 
-    For each dependent row: its coefficients over the row basis, verified exactly. None stands for {0}.
+    The basis has one column for each dependent row, from its coefficients over the row basis.
+
+    Raises
+    ------
+    ArithmeticError
+        No prime of `convexperc.exact` gave the rank over the rationals.
     """
-    basis = row_basis(X)
-    n = X.shape[0]
-    free = [i for i in range(n) if i not in basis.rows]
-    if not free:
-        return None, basis.rows
+    for prime in PRIMES:
+        basis = row_basis(X, prime)
+        free = [i for i in range(X.shape[0]) if i not in basis.rows]
+        if not free:
+            return None, basis.rows
+        null = _dependences(X, basis, free)
+        if null is not None:
+            return null, basis.rows
+    raise ArithmeticError("no prime gave the rank over the rationals")
+
+
+def _dependences(X: Matrix, basis: RowBasis, free: list[int]) -> Any:
+    """The null vectors of the free rows, or None where one does not depend on the basis."""
     A, _ = integers(X)
     rows, columns = list(basis.rows), list(basis.columns)
-    result = [[flint.arb(0) for _ in free] for _ in range(n)]
-    for k, row in enumerate(free):
-        result[row][k] = flint.arb(1)
+    Y, det = np.zeros((0, len(free)), dtype=object), 1
     if rows:
         Y, det = solve(A[np.ix_(rows, columns)].T.copy(), A[np.ix_(free, columns)].T.copy())
-        if (A[rows].T @ Y - det * A[free].T).any():
-            raise ArithmeticError("the rank modulo the prime is not the rank over the rationals")
-        for i, row in enumerate(rows):
-            for k in range(len(free)):
-                value = Fraction(-int(Y[i, k]), det)
-                result[row][k] = flint.arb(flint.fmpq(value.numerator, value.denominator))
-    return flint.arb_mat(result), basis.rows
+    if (A[rows].T @ Y - det * A[free].T).any():
+        return None
+    result = flint.arb_mat(X.shape[0], len(free))
+    for k, row in enumerate(free):
+        result[row, k] = flint.arb(1)
+        for i, own in enumerate(rows):
+            value = Fraction(-int(Y[i, k]), det)
+            result[own, k] = flint.arb(flint.fmpq(value.numerator, value.denominator))
+    return result

@@ -11,7 +11,7 @@ from convexperc.ball_duality import dual_value, objective_at, primal_value
 from convexperc.certificate import certify
 from convexperc.enclosure import certify_in_balls, enclose
 from convexperc.errors import PointError
-from convexperc.exact import exact_optimum
+from convexperc.exact import PRIMES, exact_optimum
 from convexperc.interior import Central
 from convexperc.multiprecision import BallFrame, precision
 from convexperc.problem import Problem
@@ -33,6 +33,14 @@ CLOSED_FORMS = {
         Fraction(135, 476),
     ),
     "least squares": (Problem([[1, 0], [1, 0]], [3, 2], lambda1=1, lambda2=0, lambda3=0), Fraction(4)),
+    "0 modulo a prime": (
+        Problem([[PRIMES[0]]], [1], lambda1=1, lambda2=1, lambda3=0),
+        Fraction(1, PRIMES[0]) - Fraction(1, 4 * PRIMES[0] ** 2),
+    ),
+    "dependent modulo a prime": (
+        Problem([[PRIMES[0], 0], [0, 1]], [0, 3], lambda1=1, lambda2=2, lambda3=0),
+        Fraction(5),
+    ),
     "o = 0": (Problem([[1, 2]], [0, 0], lambda1=1, lambda2=1, lambda3=1), Fraction(0)),
 }
 
