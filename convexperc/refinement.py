@@ -5,7 +5,8 @@ h(w, t) + lambda2 sum_j sign_j w_j is smooth; its stationary point is the optimu
 
     sign_j w_j >= 0,  t_i >= 0  on the face,      |dh/dw_j| <= lambda2,  dh/dt_i >= 0  off the face.
 
-An entry that a step takes across 0 leaves the face; one whose condition fails at a stationary point enters.
+A step ends where an entry reaches 0, which leaves the face; at a stationary point, the entry whose condition
+fails most enters.
 Nothing here is a proof: the interval at the point is (`convexperc.ball_duality`).
 
 Source: Nocedal and Wright, Numerical Optimization, 2nd ed., section 16.5 (active sets).
@@ -111,19 +112,35 @@ class Refinement:
         return (own + self.smooth.lambda2 * self.signs[k]).mid() if k < self.smooth.n else own
 
     def _move(self, step: Numbers) -> bool:
-        """Take the step; true where an entry left the face."""
-        n, left = self.smooth.n, False
+        """Take the step as far as the first entry that crosses 0, which leaves the face; true if one does."""
+        share, blocking = flint.arb(1), None
         for k, held in enumerate(self.held):
-            if held:
-                continue
-            values, at = (self.w, k) if k < n else (self.t, k - n)
-            value = (values[at] + step[k]).mid()
-            sign = self.signs[k] if k < n else 1
-            crossed = not sign * value > 0 and (k >= n or self.smooth.lambda2 > 0)
-            values[at] = flint.arb(0) if crossed else value
-            self.held[k] = crossed
-            left = left or crossed
-        return left
+            value, sign = self._entry(k)
+            if not held and sign and not sign * (value + share * step[k]).mid() > 0:
+                share, blocking = (-value / step[k]).mid() if sign * value > 0 else flint.arb(0), k
+        for k, held in enumerate(self.held):
+            if not held:
+                self._put(k, (self._entry(k)[0] + share * step[k]).mid())
+        if blocking is None:
+            return False
+        self._put(blocking, flint.arb(0))
+        self.held[blocking] = True
+        return True
+
+    def _entry(self, k: int) -> tuple[Number, int]:
+        """Entry k of (w, t), and the sign that it has on the face; 0 where it may have any."""
+        n = self.smooth.n
+        if k >= n:
+            return self.t[k - n], 1
+        return self.w[k], self.signs[k] if self.smooth.lambda2 > 0 else 0
+
+    def _put(self, k: int, value: Number) -> None:
+        """Set entry k of (w, t)."""
+        n = self.smooth.n
+        if k < n:
+            self.w[k] = value
+        else:
+            self.t[k - n] = value
 
     def _enter(self, gradient: Numbers) -> bool:
         """Free the held entry whose condition fails most; false where none does."""
