@@ -37,9 +37,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.ball_duality import dual_value, objective_at, primal_value
+from convexperc.curvature import Curvature, RankUnknownError, principal, projection
 from convexperc.enclosure import Enclosure
 from convexperc.errors import PointError
-from convexperc.exact import RANK_LIMIT
 from convexperc.interior import Central
 from convexperc.multiprecision import (
     BallFrame,
@@ -50,7 +50,6 @@ from convexperc.multiprecision import (
     exact_matrix,
     float_above,
     float_below,
-    left_null_space,
     midpoint,
     precision,
     times,
@@ -60,8 +59,6 @@ from convexperc.solution import Solution
 
 BITS = (128, 256, 512, 2048)
 """Precisions that are tried in turn until the inverse of H_PP is known."""
-ACCURATE = 8
-"""Bits of each (H_PP^-1)_jj that must be right."""
 OPEN = "more bits are needed"
 RANK = "lambda1 = 0 and the rows of X are dependent, or their rank is not proved"
 GAP = "no finite gap is proved"
@@ -206,7 +203,7 @@ def _refined(enclosure: Enclosure, frame: BallFrame) -> _Point:
         for weight, gram in zip(t, frame.K, strict=True):
             r = [a + weight * b for a, b in zip(r, times(gram, q), strict=True)]
     elif frame.null is not None:
-        r = [-v for v in times(_projection(frame.null), w)]
+        r = [-v for v in times(projection(frame.null), w)]
     else:
         r = [flint.arb(0)] * frame.n
     return _Point(w, r, gap.nonnegative_part().upper())
@@ -220,11 +217,6 @@ def _rational(value: Fraction) -> Number:
 def _within(radius: Number) -> Number:
     """The ball around 0."""
     return flint.arb(0, radius.upper())
-
-
-def _projection(basis: Any) -> Any:
-    """The orthogonal projection onto the span of the columns."""
-    return basis * (basis.transpose() * basis).inv() * basis.transpose()
 
 
 def _proved_zeros(
@@ -255,54 +247,20 @@ def _views(problem: Problem, frame: BallFrame, point: _Point, kept: NDArray[np.b
         return _Balls(values, "")
     if not point.gap.is_finite():
         return _Balls(values, GAP)
-    found = _inverse(_part(frame.G, P)), frame.G, np.ones(len(P), dtype=bool)
-    if found[0] is None:
-        if problem.n * problem.n * problem.d > RANK_LIMIT:
-            return _Balls(values, RANK)
-        found = _with_null_space(problem, frame, P)
-    inverse, H, unique = found
-    if inverse is None:
-        return _Balls(values, OPEN)
-    outside = [point.w[j] for j in Z]
-    reach = (
-        point.reach + dot(outside, times(_part(H, Z), outside)).nonnegative_part().sqrt()
-        if Z
-        else point.reach
-    )
-    for k, j in enumerate(P):
-        if unique[k]:
-            values[j] = point.w[j] + _within(reach * inverse[k, k].nonnegative_part().sqrt())
-    return _Balls(values, RANK)
-
-
-def _with_null_space(problem: Problem, frame: BallFrame, P: list[int]) -> tuple[Any, Any, NDArray[np.bool_]]:
-    """The inverse of H_PP, H and which views are unique, where G_PP may be singular."""
-    lambda1 = frame.lambdas[0]
-    if lambda1 > 0:
-        basis, _ = left_null_space(problem.X)
-        H = frame.G if basis is None else frame.G + _projection(basis) * lambda1
-        return _inverse(_part(H, P)), H, np.ones(len(P), dtype=bool)
-    basis, _ = left_null_space(problem.X[P])
-    if basis is None:
-        return None, frame.G, np.ones(len(P), dtype=bool)
-    unique = np.array([all(v == 0 for v in row) for row in basis.tolist()])
-    weight = max(frame.G[j, j].upper() for j in P)
-    return _inverse(_part(frame.G, P) + basis * basis.transpose() * weight), frame.G, unique
-
-
-def _part(A: Any, rows: list[int]) -> Any:
-    """The principal submatrix."""
-    return flint.arb_mat([[A[a, b] for b in rows] for a in rows])
-
-
-def _inverse(A: Any) -> Any:
-    """The inverse, or None where it is not known to `ACCURATE` bits in the precision in force."""
     try:
-        inverse = A.inv()
-    except ZeroDivisionError:
-        return None
-    accurate = all(inverse[k, k].rel_accuracy_bits() >= ACCURATE for k in range(A.nrows()))
-    return inverse if accurate else None
+        curvature = Curvature.of(problem, frame, P)
+    except RankUnknownError:
+        return _Balls(values, RANK)
+    if curvature is None:
+        return _Balls(values, OPEN)
+    reach = point.reach
+    if Z:
+        outside = [point.w[j] for j in Z]
+        reach += dot(outside, times(principal(curvature.H, Z), outside)).nonnegative_part().sqrt()
+    for k, j in enumerate(P):
+        if curvature.unique[k]:
+            values[j] = point.w[j] + _within(reach * curvature.inverse[k, k].nonnegative_part().sqrt())
+    return _Balls(values, RANK)
 
 
 def _modalities(frame: BallFrame, point: _Point, views: _Balls, kept: NDArray[np.bool_]) -> _Balls:

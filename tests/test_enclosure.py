@@ -239,6 +239,17 @@ def test_certifying_in_balls_judges_the_point_itself():
     assert judged.gap >= judged.objective[0] - judged.upper, judged
 
 
+@pytest.mark.parametrize("hole", [np.nan, np.inf])
+def test_a_point_with_holes_is_never_certified_in_balls(hole):
+    problem = Problem([[1.0]], [1.0], lambda1=1, lambda2=0.5, lambda3=0.25)
+    found = enclose(problem)
+    point = np.array([hole]), np.array([0.5])
+    judged = certify_in_balls(problem, found, certify(problem, *point), point)
+    assert not judged.certified, judged
+    assert judged.gap == np.inf, judged
+    assert judged.objective == (0.0, np.inf), judged
+
+
 @pytest.mark.parametrize("index", [1, 3])
 def test_a_matrix_singular_in_one_precision_is_met_with_more_bits(index):
     problem = seeded("mixed_scales", 11, index, largest=(8, 40))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import convexperc.weights as module
+from convexperc import curvature
 from convexperc.certificate import certify
 from convexperc.enclosure import enclose
 from convexperc.errors import PointError
@@ -96,13 +97,13 @@ def scaled_reach(change):
 
 
 def squared_inverse(patch):
-    honest = module._inverse
-    patch.setattr(module, "_inverse", lambda A: honest(A) if honest(A) is None else honest(A) * honest(A))
+    honest = curvature._inverse
+    patch.setattr(curvature, "_inverse", lambda A: honest(A) if honest(A) is None else honest(A) * honest(A))
 
 
 def stiffer_null_space(patch):
-    honest = module._projection
-    patch.setattr(module, "_projection", lambda basis: 4 * honest(basis))
+    honest = curvature.projection
+    patch.setattr(curvature, "projection", lambda basis: 4 * honest(basis))
 
 
 def zeros_without_radius(patch):
