@@ -104,7 +104,7 @@ def enclose(
     Raises
     ------
     PointError
-        A start of a wrong shape, or fewer than 53 bits.
+        A start of a wrong shape or with NaN or infinity, or fewer than 53 bits.
     """
     if bits < 53:
         raise PointError("bits", value=bits, must="must be at least 53")

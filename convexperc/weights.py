@@ -174,9 +174,10 @@ class _Balls:
 
     def outward(self, least: float) -> Intervals:
         """Round to float64; `least` is a lower bound of every weight."""
-        known = np.array([value is not None for value in self.values])
-        lower = [least if v is None else max(least, float_below(v)) for v in self.values]
-        upper = [math.inf if v is None else float_above(v) for v in self.values]
+        values = [v if v is not None and v.is_finite() else None for v in self.values]
+        known = np.array([value is not None for value in values])
+        lower = [least if v is None else max(least, float_below(v)) for v in values]
+        upper = [math.inf if v is None else float_above(v) for v in values]
         return Intervals(np.array(lower), np.array(upper), known, "" if known.all() else self.reason)
 
 
