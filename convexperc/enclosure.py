@@ -152,10 +152,11 @@ def _in_one_precision(known: _Known, bits: int, tolerances: tuple[float, float])
     with precision(bits):
         frame = BallFrame.of(known.problem, (scaling.x, scaling.o), known.data)
         interval = Interval(frame, _scaled_ball(known.optimum, scaling), tolerances)
-        with suppress(ZeroDivisionError):  # a matrix that is singular in this precision
-            if known.optimum is None and known.near is not None:
+        if known.optimum is None and known.near is not None:
+            with suppress(ZeroDivisionError):  # a matrix that is singular in this precision
                 interval.refine(known.near)
-            if not (interval.steps and interval.narrow):
+        if not (interval.steps and interval.narrow):
+            with suppress(ZeroDivisionError):
                 interval.follow()
         point = float_point(known.problem, known.data, scaling, frame, interval.point)
         unit = flint.arb(2) ** (2 * scaling.o)
