@@ -128,6 +128,24 @@ def test_no_dual_value_exceeds_a_primal_one(lambdas, deficient):
             assert low <= high, (low, high)
 
 
+@pytest.mark.parametrize("lambdas", list(itertools.product((0.0, 0.2), (0.0, 0.7), (0.0, 0.1))))
+def test_no_dual_value_beside_the_optimum_exceeds_it(lambdas):
+    rng = np.random.default_rng(6)
+    names = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
+    for _ in range(8):
+        problem = Problem(rng.random((3, 6)), rng.random(6), modalities=[2, 4], **names)
+        found = enclose(problem).exact
+        with precision(128):
+            frame = BallFrame.of(problem, (0, 0))
+            high = flint.arb(flint.fmpq(found.upper.numerator, found.upper.denominator))
+            for factors in itertools.product((0.9, 1.0, 1.1), repeat=2):
+                parts = (found.w, found.t, found.q)
+                w, t, q = ([flint.arb(float(v)) for v in part] for part in parts)
+                w, q = [(v * factors[0]).mid() for v in w], [(v * factors[1]).mid() for v in q]
+                low = dual_value(frame, Central(w, t, q, flint.arb(0))).lower()
+                assert low <= high, (low, high, factors)
+
+
 def scattered(rng: np.random.Generator) -> Central:
     """Any point of three views and two modalities."""
     w, q, t = rng.normal(size=3), rng.normal(size=3), rng.random(2)
