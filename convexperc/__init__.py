@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from convexperc.solvers.newton import Newton
     from convexperc.solvers.qp import Quadratic
     from convexperc.solving import solve
+    from convexperc.weights import WeightIntervals, weight_intervals
 
 __version__ = "0.1.0"
 
@@ -43,6 +44,7 @@ _HOMES = {
     "Solution": "solution",
     "Status": "solution",
     "Verdict": "recognition",
+    "WeightIntervals": "weights",
     "certify": "certificate",
     "critical_lambda2": "critical",
     "critical_lambda3": "critical",
@@ -54,6 +56,7 @@ _HOMES = {
     "solve": "solving",
     "solve_many": "many",
     "solve_path": "many",
+    "weight_intervals": "weights",
 }
 
 __all__ = [
@@ -72,6 +75,7 @@ __all__ = [
     "Solution",
     "Status",
     "Verdict",
+    "WeightIntervals",
     "certify",
     "critical_lambda2",
     "critical_lambda3",
@@ -83,6 +87,7 @@ __all__ = [
     "solve",
     "solve_many",
     "solve_path",
+    "weight_intervals",
 ]
 
 

@@ -1,11 +1,13 @@
 """F and its dual in ball arithmetic: upper bounds at exact points, lower bounds by exact dual points."""
 
+from typing import Any
+
 import flint
 import numpy as np
 
 from convexperc.arrays import Vector
 from convexperc.interior import Central
-from convexperc.multiprecision import BallFrame, Number, Numbers, dot, exact_matrix, times
+from convexperc.multiprecision import BallFrame, ExactData, Number, Numbers, column, dot, exact_matrix, times
 from convexperc.problem import Problem
 
 
@@ -35,15 +37,21 @@ def _projection_length(frame: BallFrame, w: Numbers) -> Number:
 
 
 def dual_value(frame: BallFrame, point: Central) -> Number:
-    """D at a = 2(X'w - o) and b, scaled into the feasible set by proof; see `convexperc.duality`."""
+    """D at a = 2(X'w - o) and b, scaled into the feasible set by proof; see `convexperc.duality`.
+
+    No scale repairs X a = b, which lambda2 = 0 asks; there b is X a itself, or F* is a squared distance.
+    """
     lambda1, lambda2, lambda3 = frame.lambdas
     w = point.w
+    if lambda2 == 0 and (lambda1 == 0 or lambda3 == 0):
+        return _squared_distance(frame)
     Gw = times(frame.G, w)
     Xa = [2 * (g - c) for g, c in zip(Gw, frame.c, strict=True)]
     b = _dual_coupling(frame, point, Xa)
     scale = flint.arb(1)
-    for pull, value in zip(Xa, b, strict=True):
-        scale = _limited(scale, lambda2, abs(pull - value)) if lambda2 > 0 or lambda1 == 0 else scale
+    if lambda2 > 0:
+        for pull, value in zip(Xa, b, strict=True):
+            scale = _limited(scale, lambda2, abs(pull - value))
     if lambda3 > 0:
         for gram in frame.K:
             scale = _limited(scale, lambda3, dot(b, times(gram, b)).nonnegative_part().sqrt())
@@ -52,6 +60,18 @@ def dual_value(frame: BallFrame, point: Central) -> Number:
     if lambda1 > 0:
         quadratic += dot(b, b) / (4 * lambda1)
     return scale * linear - scale * scale * quadratic
+
+
+def _squared_distance(frame: BallFrame) -> Number:
+    """min_w ||X'w - o||^2 = ||o||^2 - c_B' G_BB^-1 c_B for a row basis B; 0 where G_BB may be singular."""
+    B = frame.rows
+    if not B:
+        return frame.target
+    block, c = flint.arb_mat([[frame.G[i, k] for k in B] for i in B]), [frame.c[i] for i in B]
+    try:
+        return frame.target - dot(c, column(block.solve(flint.arb_mat(len(B), 1, c))))
+    except ZeroDivisionError:
+        return flint.arb(0)
 
 
 def _dual_coupling(frame: BallFrame, point: Central, Xa: Numbers) -> Numbers:
@@ -79,13 +99,16 @@ def _limited(scale: Number, limit: Number, norm: Number) -> Number:
 
 def objective_at(problem: Problem, w: Vector, u: np.ndarray) -> Number:
     """F(w, u) at floats, on the original data, enclosed in the precision in force."""
-    X, one = exact_matrix(problem.X, 0), flint.arb(1)
-    point_w, point_u = [flint.arb(float(v)) for v in w], [flint.arb(float(v)) for v in u]
-    p = [v - flint.arb(float(t)) for v, t in zip(times(X.transpose(), point_w), problem.o, strict=True)]
-    q = [v - x for v, x in zip(times(X, point_u), point_w, strict=True)]
-    total = dot(p, p) + one * problem.lambda1 * dot(q, q)
-    total += one * problem.lambda2 * sum((abs(v) for v in point_w), flint.arb(0))
-    for columns in problem.modalities:
-        part = list(np.array(point_u, dtype=object)[columns])
-        total += one * problem.lambda3 * dot(part, part).sqrt()
-    return total
+    data, one = ExactData.of(problem), flint.arb(1)
+    point_w = exact_matrix(w[:, None])
+    q, total = -point_w, one * problem.lambda2 * sum((abs(v) for v in column(point_w)), flint.arb(0))
+    for block, o, columns in zip(data.blocks, data.targets, problem.modalities, strict=True):
+        part, p = exact_matrix(u[columns, None]), block.transpose() * point_w - o
+        q = q + block * part
+        total += _square(p) + one * problem.lambda3 * _square(part).sqrt()
+    return total + one * problem.lambda1 * _square(q)
+
+
+def _square(x: Any) -> Number:
+    """||x||^2 of one column."""
+    return (x.transpose() * x)[0, 0].nonnegative_part()

@@ -5,20 +5,33 @@ the certificate's width is limited by w and u; here it is limited by patience al
 """
 
 import math
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import flint
 import numpy as np
 
-from convexperc.arrays import FeatureVector, Vector
-from convexperc.ball_duality import dual_value, objective_at, primal_value
+from convexperc.arrays import FeatureVector, Vector, point_entries
+from convexperc.ball_duality import objective_at
 from convexperc.certificate import ABSOLUTE, Certificate
+from convexperc.errors import PointError, SolverError
 from convexperc.exact import exact_optimum
-from convexperc.interior import Central, CentralPath
-from convexperc.multiprecision import BallFrame, Number, Numbers, dot, exact_matrix, precision, times
+from convexperc.exact_point import ExactPoint, float_point
+from convexperc.interval import Interval, quotient
+from convexperc.multiprecision import (
+    BallFrame,
+    ExactData,
+    Number,
+    dot,
+    float_above,
+    float_below,
+    precision,
+)
 from convexperc.problem import Problem
+from convexperc.refinement import Start
 from convexperc.scaling import Scaling
+from convexperc.solvers.newton import Newton
 
 BITS = (128, 256, 512, 2048, 8192)
 """Precisions that are tried in turn; entries from 1e-150 to 1e150 in one matrix need the last ones."""
@@ -43,6 +56,8 @@ class Enclosure:
         Precision that was needed.
     steps : int
         Newton steps.
+    exact : ExactPoint
+        The point and the interval before rounding to float64.
     """
 
     lower: float
@@ -53,149 +68,135 @@ class Enclosure:
     u: np.ndarray
     bits: int
     steps: int
+    exact: ExactPoint = field(repr=False)
 
 
 def enclose(
-    problem: Problem, *, relative_tolerance: float = 1e-12, absolute_tolerance: float = ABSOLUTE / 10
+    problem: Problem,
+    *,
+    relative_tolerance: float = 1e-12,
+    absolute_tolerance: float = ABSOLUTE / 10,
+    bits: int = BITS[0],
+    start: tuple[Vector, FeatureVector] | None = None,
 ) -> Enclosure:
     """Enclose F* until the interval is as narrow as asked, or `BITS` is exhausted.
+
+    In each precision Newton's method refines a float64 answer; where that is not narrow enough, the central
+    path is followed from its beginning. In the equality cases of `convexperc.exact` the interval is known
+    beforehand, and the path gives the point: it prefers a short w, which survives rounding to float64.
 
     Parameters
     ----------
     problem : Problem
     relative_tolerance, absolute_tolerance : float
         Stop at a width of relative_tolerance F* or absolute_tolerance ||o||^2.
+    bits : int
+        The first precision, at least 53; the larger ones of `BITS` follow where it is not enough.
+    start : pair of float64 (n,) and (d,), optional
+        A point (w, u) near the optimum, such as a solution's, to be refined; it is never believed. Without,
+        `convexperc.solvers.newton.Newton` gives one.
 
     Returns
     -------
     Enclosure
         Its widths say what was reached.
+
+    Raises
+    ------
+    PointError
+        A start of a wrong shape or with NaN or infinity, or fewer than 53 bits.
     """
-    best = _trivial(problem)
-    for bits in BITS:
-        try:
-            with precision(bits):
-                found = _follow(problem, bits, relative_tolerance, absolute_tolerance)
-        except ZeroDivisionError:  # a matrix that is singular in this precision
-            continue
-        if best.steps == 0 or found.share_of_target < best.share_of_target:
-            best = found
-        if _narrow(best.relative_width, best.share_of_target, relative_tolerance, absolute_tolerance):
+    if bits < 53:
+        raise PointError("bits", value=bits, must="must be at least 53")
+    known = _Known.of(problem, start)
+    tolerances = relative_tolerance, absolute_tolerance
+    best = _in_one_precision(known, bits, tolerances)
+    for more in BITS:
+        narrow = best.relative_width <= relative_tolerance or best.share_of_target <= absolute_tolerance
+        if narrow and best.steps:
             break
+        if more > bits:
+            found = _in_one_precision(known, more, tolerances)
+            best = found if not best.steps or found.share_of_target < best.share_of_target else best
     return best
 
 
-def _trivial(problem: Problem) -> Enclosure:
-    """0 <= F* <= ||o||^2, which w = u = 0 attains."""
-    with precision(BITS[0]):
-        o = [flint.arb(float(v)) for v in problem.o]
-        upper = _up(dot(o, o))
-    zero = np.zeros(problem.n), np.zeros(problem.d)
-    share = 1.0 if upper > 0.0 else 0.0
-    return Enclosure(0.0, upper, math.inf if share else 0.0, share, *zero, BITS[0], 0)
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What does not depend on the precision.
+
+    Attributes
+    ----------
+    optimum : Fraction or None
+        The exact one of the equality case.
+    near : Start or None
+        A float64 answer.
+    """
+
+    problem: Problem
+    scaling: Scaling
+    data: ExactData
+    optimum: Fraction | None
+    near: Start | None
+
+    @classmethod
+    def of(cls, problem: Problem, start: tuple[Vector, FeatureVector] | None) -> "_Known":
+        scaling = Scaling.of(problem)
+        near = _float_answer(problem, scaling, start)
+        return cls(problem, scaling, ExactData.of(problem), exact_optimum(problem), near)
 
 
-def _narrow(relative: float, share: float, relative_tolerance: float, absolute_tolerance: float) -> bool:
-    return relative <= relative_tolerance or share <= absolute_tolerance
+def _in_one_precision(known: _Known, bits: int, tolerances: tuple[float, float]) -> Enclosure:
+    """The best that one precision gives."""
+    scaling = known.scaling
+    with precision(bits):
+        frame = BallFrame.of(known.problem, (scaling.x, scaling.o), known.data)
+        interval = Interval(frame, _scaled_ball(known.optimum, scaling), tolerances)
+        if known.optimum is None and known.near is not None:
+            with suppress(ZeroDivisionError):  # a matrix that is singular in this precision
+                interval.refine(known.near)
+        if not (interval.steps and interval.narrow):
+            with suppress(ZeroDivisionError):
+                interval.follow()
+        point = float_point(known.problem, known.data, scaling, frame, interval.point)
+        unit = flint.arb(2) ** (2 * scaling.o)
+        ends = _down(interval.lower * unit), float_above(interval.upper * unit)
+        exact = ExactPoint.of(interval, scaling)
+        return Enclosure(*ends, interval.relative, interval.share, *point, bits, interval.steps, exact)
 
 
-def _follow(problem: Problem, bits: int, relative_tolerance: float, absolute_tolerance: float) -> Enclosure:
-    """Follow the central path in one precision."""
-    scaling = Scaling.of(problem)
-    frame = BallFrame.of(problem, (scaling.x, scaling.o))
-    path = CentralPath(frame)
-    exact = _exact_ball(problem, scaling)
-    upper, lower, best = frame.target.upper(), flint.arb(0), path.point()
-    stalled = 0
-    while True:
-        path.advance()
-        point = path.point()
-        high, low = primal_value(frame, point).upper(), dual_value(frame, point).lower()
-        if exact is not None:
-            high, low = exact.upper(), exact.lower()
-        narrower = high < upper or low > lower
-        stalled = 0 if narrower else stalled + 1
-        if high < upper:
-            upper, best = high, point
-        lower = low if low > lower else lower
-        relative, share = _quotient(upper - lower, lower), _quotient(upper - lower, frame.target.lower())
-        done = _narrow(relative, share, relative_tolerance, absolute_tolerance)
-        if done or stalled > 3 or path.mu < frame.target * flint.arb(2) ** (-bits):
-            break
-    w, u = _floats(problem, scaling, frame, best)
-    unit = flint.arb(2) ** (2 * scaling.o)
-    bounds = _down(lower * unit), _up(upper * unit)
-    return Enclosure(*bounds, relative, share, w, u, bits, path.steps)
+def _float_answer(
+    problem: Problem, scaling: Scaling, given: tuple[Vector, FeatureVector] | None
+) -> Start | None:
+    """The start in normalised units; None where no solver answers in finite numbers."""
+    normal = scaling.normalise(problem)
+    if given is not None:
+        w = point_entries(given[0], problem.n, "w", finite=True)
+        w, u = scaling.point(w, point_entries(given[1], problem.d, "u", finite=True))
+    else:
+        try:
+            with np.errstate(all="ignore"):
+                found = Newton().candidate(normal)
+        except (SolverError, ArithmeticError, np.linalg.LinAlgError):
+            return None
+        w, u = found.w, found.u
+    t = np.zeros(problem.m)
+    if normal.lambda3 > 0.0:
+        with np.errstate(over="ignore"):
+            t = 2.0 * normal.modalities.norms(u) / normal.lambda3
+    return Start(w, t) if np.isfinite(w).all() and np.isfinite(t).all() else None
 
 
-def _exact_ball(problem: Problem, scaling: Scaling) -> Number | None:
-    """The exact optimum of the equality case, in the precision in force."""
-    exact = exact_optimum(problem)
+def _scaled_ball(exact: Fraction | None, scaling: Scaling) -> Number | None:
+    """The exact optimum of the equality case, normalised, in the precision in force."""
     if exact is None:
         return None
     value = exact / Fraction(2) ** (2 * scaling.o)
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
-def _floats(
-    problem: Problem, scaling: Scaling, frame: BallFrame, point: Central
-) -> tuple[Vector, np.ndarray]:
-    """The point (w, u) on the original data, rounded to nearest."""
-    unit = flint.arb(2) ** (scaling.o - scaling.x)
-    w = np.array([_nearest(v * unit) for v in point.w])
-    u = np.zeros(problem.d)
-    if problem.lambda1 == 0.0:
-        return w, u
-    unit = unit * flint.arb(2) ** (-2 * scaling.x)
-    if problem.lambda3 == 0.0:
-        y = [v * unit for v in _least_norm(frame, point.w)]
-        return w, _combined(problem.X, y)
-    for weight, columns in zip(point.t, problem.modalities, strict=True):
-        u[columns] = _combined(problem.X[:, columns], [weight * v * unit for v in point.q])
-    return w, u
-
-
-def _least_norm(frame: BallFrame, w: Numbers) -> Numbers:
-    """The y with u = X'y of least norm for which Xu is the projection of w onto the range of X."""
-    inside = list(w)
-    if frame.null is not None:
-        gram = frame.null.transpose() * frame.null
-        outside = times(frame.null, times(gram.inv(), times(frame.null.transpose(), w)))
-        inside = [value - part for value, part in zip(w, outside, strict=True)]
-    y, rows = [flint.arb(0)] * frame.n, frame.rows
-    if rows:
-        block = flint.arb_mat([[frame.G[a, b] for b in rows] for a in rows])
-        found = block.mid().solve(flint.arb_mat([[inside[a].mid()] for a in rows]), algorithm="approx")
-        for k, row in enumerate(rows):
-            y[row] = found[k, 0].mid()
-    return y
-
-
-def _combined(X: np.ndarray, y: Numbers) -> np.ndarray:
-    """X'y, rounded to nearest."""
-    return np.array([_nearest(v) for v in times(exact_matrix(X.T, 0), y)])
-
-
-def _nearest(value: Number) -> float:
-    return float(value.mid())
-
-
-def _up(value: Number) -> float:
-    """The smallest float that is not below the number."""
-    near = float(value.upper())
-    return near if flint.arb(near) >= value else math.nextafter(near, math.inf)
-
-
 def _down(value: Number) -> float:
-    near = float(value.lower())
-    near = near if flint.arb(near) <= value else math.nextafter(near, -math.inf)
-    return max(0.0, near)
-
-
-def _quotient(width: Number, value: Number) -> float:
-    if not width > 0:
-        return 0.0
-    return _up(width / value) if value > 0 else math.inf
+    return max(0.0, float_below(value))
 
 
 def certify_in_balls(
@@ -225,11 +226,13 @@ def certify_in_balls(
     lower, upper = max(found.lower, certificate.lower), min(found.upper, certificate.upper)
     with precision(2 * found.bits):
         value = objective_at(problem, w, u)
-        bounds = _down(value), _up(value)
+        bounds = _down(value), float_above(value)
         gap = (value - flint.arb(lower)).nonnegative_part()
         target = dot(*[[flint.arb(float(v)) for v in problem.o]] * 2)
-        relative, share = _quotient(gap.upper(), flint.arb(lower)), _quotient(gap.upper(), target.lower())
-        excess = _up(gap) if gap > 0 else max(0.0, _up(gap))
+        relative, share = quotient(gap.upper(), flint.arb(lower)), quotient(gap.upper(), target.lower())
+        excess = max(0.0, float_above(gap))
+    if not value.is_finite():  # NaN or an infinity in the point
+        bounds, excess = (0.0, math.inf), math.inf
     return replace(
         certificate,
         lower=lower,

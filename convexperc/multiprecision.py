@@ -3,6 +3,7 @@
 Every number is an `arb` of python-flint: a midpoint with a radius that encloses the real number meant.
 """
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,7 +13,8 @@ from typing import Any
 import flint
 import numpy as np
 
-from convexperc.exact import integers, row_basis, solve
+from convexperc.arrays import Matrix
+from convexperc.exact import PRIMES, RowBasis, integers, row_basis, solve
 from convexperc.problem import Problem
 
 Number = Any
@@ -32,11 +34,22 @@ def precision(bits: int) -> Iterator[None]:
         flint.ctx.prec = before
 
 
-def exact_matrix(values: np.ndarray, exponent: int) -> Any:
-    """Floats times 2^-exponent, exactly."""
-    whole, own = integers(values)
-    power = flint.arb(2) ** (own - exponent)
-    return flint.arb_mat([[flint.arb(int(v)) * power for v in row] for row in whole])
+def exact_matrix(values: np.ndarray) -> Any:
+    """Floats of shape (r, k) as they are."""
+    rows, columns = values.shape
+    return flint.arb_mat(rows, columns, values.ravel().tolist())
+
+
+def float_above(value: Number) -> float:
+    """The smallest float that is not below the number."""
+    near = float(value.upper())
+    return near if flint.arb(near) >= value else math.nextafter(near, math.inf)
+
+
+def float_below(value: Number) -> float:
+    """The largest float that is not above the number."""
+    near = float(value.lower())
+    return near if flint.arb(near) <= value else math.nextafter(near, -math.inf)
 
 
 def midpoint(values: Numbers) -> Numbers:
@@ -54,7 +67,36 @@ def dot(x: Numbers, y: Numbers) -> Number:
 
 def times(A: Any, x: Numbers) -> Numbers:
     """A x."""
-    return [row[0] for row in (A * flint.arb_mat([[v] for v in x])).tolist()]
+    return column(A * flint.arb_mat(len(x), 1, x))
+
+
+def column(A: Any) -> Numbers:
+    """The entries of a matrix with one column."""
+    return list(A.entries())
+
+
+@dataclass(frozen=True, eq=False)
+class ExactData:
+    """X_i and o^i of every modality as they are given, for any precision.
+
+    Attributes
+    ----------
+    blocks : tuple of arb_mat (n, d_i)
+    targets : tuple of arb_mat (d_i, 1)
+    """
+
+    blocks: tuple[Any, ...]
+    targets: tuple[Any, ...]
+
+    @classmethod
+    def of(cls, problem: Problem) -> "ExactData":
+        """Take over the floats."""
+        blocks = tuple(exact_matrix(block) for block in problem.blocks())
+        return cls(blocks, tuple(exact_matrix(problem.o[columns, None]) for columns in problem.modalities))
+
+    def columns(self, parts: list[Numbers]) -> list[Numbers]:
+        """X_i' y_i of every modality."""
+        return [times(block.transpose(), y) for block, y in zip(self.blocks, parts, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +115,7 @@ class BallFrame:
         A basis of {b : X'b = 0}, exact before rounding to balls; only where lambda3 = 0 < lambda1, and None
         where that space is {0}.
     rows : tuple of int
-        A row basis of X; only where lambda3 = 0 < lambda1.
+        A row basis of X where lambda3 = 0 < lambda1 or lambda1 = lambda2 = 0; elsewhere all rows.
     """
 
     K: list[Any]
@@ -85,24 +127,24 @@ class BallFrame:
     rows: tuple[int, ...]
 
     @classmethod
-    def of(cls, problem: Problem, exponents: tuple[int, int]) -> "BallFrame":
+    def of(cls, problem: Problem, exponents: tuple[int, int], data: ExactData | None = None) -> "BallFrame":
         """Enclose the data of `problem`, scaled by 2^-x and 2^-o, in the precision in force."""
+        data = ExactData.of(problem) if data is None else data
         x, t = exponents
-        rows = exact_matrix(problem.X, x)
-        o = exact_matrix(problem.o[:, None], t)
-        K = []
-        for columns in problem.modalities:
-            block = exact_matrix(problem.X[:, columns], x)
-            K.append(block * block.transpose())
-        G = K[0]
-        for gram in K[1:]:
-            G = G + gram
         two = flint.arb(2)
-        powers = (two ** (-2 * x), two ** (-x - t), two ** (-2 * x - t))
+        units = two ** (-2 * x), two ** (-x - t), two ** (-2 * t)
+        K = [block * block.transpose() * units[0] for block in data.blocks]
+        c = sum((block * o for block, o in zip(data.blocks, data.targets, strict=True)), _zeros(problem.n, 1))
+        target = sum((o.transpose() * o for o in data.targets), _zeros(1, 1))[0, 0]
+        powers = units[0], units[1], two ** (-2 * x - t)
         lambdas = [flint.arb(v) * power for v, power in zip(problem.lambdas, powers, strict=True)]
-        null, basis = _left_null_space(problem) if problem.lambda3 == 0.0 < problem.lambda1 else (None, ())
-        c = [row[0] for row in (rows * o).tolist()]
-        return cls(K, G, c, (o.transpose() * o)[0, 0], (lambdas[0], lambdas[1], lambdas[2]), null, basis)
+        null, rows = None, tuple(range(problem.n))
+        if problem.lambda3 == 0.0 < problem.lambda1 or problem.lambda1 == problem.lambda2 == 0.0:
+            found, rows = left_null_space(problem.X)
+            null = found if problem.lambda1 > 0.0 else None
+        G = sum(K, _zeros(problem.n, problem.n))
+        coupled = lambdas[0], lambdas[1], lambdas[2]
+        return cls(K, G, column(c * units[1]), target * units[2], coupled, null, rows)
 
     @property
     def n(self) -> int:
@@ -110,27 +152,44 @@ class BallFrame:
         return len(self.c)
 
 
-def _left_null_space(problem: Problem) -> tuple[Any, tuple[int, ...]]:
-    """A basis of {b : X'b = 0} and a row basis of X.
+def _zeros(rows: int, columns: int) -> Any:
+    return flint.arb_mat(rows, columns)
 
-    For each dependent row: its coefficients over the row basis, verified exactly. None stands for {0}.
+
+def left_null_space(X: Matrix) -> tuple[Any, tuple[int, ...]]:
+    """A basis of {b : X'b = 0}, None where that is {0}, and a row basis of X.
+
+    The basis has one column for each dependent row, from its coefficients over the row basis.
+
+    Raises
+    ------
+    ArithmeticError
+        No prime of `convexperc.exact` gave the rank over the rationals.
     """
-    basis = row_basis(problem.X)
-    n = problem.n
-    free = [i for i in range(n) if i not in basis.rows]
-    if not free:
-        return None, basis.rows
-    A, _ = integers(problem.X)
+    for prime in PRIMES:
+        basis = row_basis(X, prime)
+        free = [i for i in range(X.shape[0]) if i not in basis.rows]
+        if not free:
+            return None, basis.rows
+        null = _dependences(X, basis, free)
+        if null is not None:
+            return null, basis.rows
+    raise ArithmeticError("no prime gave the rank over the rationals")
+
+
+def _dependences(X: Matrix, basis: RowBasis, free: list[int]) -> Any:
+    """The null vectors of the free rows, or None where one does not depend on the basis."""
+    A, _ = integers(X)
     rows, columns = list(basis.rows), list(basis.columns)
-    result = [[flint.arb(0) for _ in free] for _ in range(n)]
-    for k, row in enumerate(free):
-        result[row][k] = flint.arb(1)
+    Y, det = np.zeros((0, len(free)), dtype=object), 1
     if rows:
         Y, det = solve(A[np.ix_(rows, columns)].T.copy(), A[np.ix_(free, columns)].T.copy())
-        if (A[rows].T @ Y - det * A[free].T).any():
-            raise ArithmeticError("the rank modulo the prime is not the rank over the rationals")
-        for i, row in enumerate(rows):
-            for k in range(len(free)):
-                value = Fraction(-int(Y[i, k]), det)
-                result[row][k] = flint.arb(flint.fmpq(value.numerator, value.denominator))
-    return flint.arb_mat(result), basis.rows
+    if (A[rows].T @ Y - det * A[free].T).any():
+        return None
+    result = flint.arb_mat(X.shape[0], len(free))
+    for k, row in enumerate(free):
+        result[row, k] = flint.arb(1)
+        for i, own in enumerate(rows):
+            value = Fraction(-int(Y[i, k]), det)
+            result[own, k] = flint.arb(flint.fmpq(value.numerator, value.denominator))
+    return result

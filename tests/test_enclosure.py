@@ -1,20 +1,28 @@
 """Ball arithmetic: its interval against closed forms, exact rationals and the float64 certificate."""
 
+import itertools
 from fractions import Fraction
 
 import flint
 import numpy as np
 import pytest
 
-from convexperc.ball_duality import objective_at
+from convexperc.ball_duality import dual_value, objective_at, primal_value
 from convexperc.certificate import certify
 from convexperc.enclosure import certify_in_balls, enclose
-from convexperc.multiprecision import precision
+from convexperc.errors import PointError
+from convexperc.exact import PRIMES, exact_optimum
+from convexperc.interior import Central
+from convexperc.multiprecision import BallFrame, precision
 from convexperc.problem import Problem
+from convexperc.refinement import Refinement, Start
+from convexperc.scaling import Scaling
 from convexperc.solution import Candidate, Status
 from convexperc.solvers.conic import Conic
 from convexperc.solving import solve
 from verification.families import seeded
+from verification.instances import LAMBDAS, Instance, Shape
+from verification.referee import optimum
 
 CLOSED_FORMS = {
     "19/32": (Problem([[1.0]], [1.0], lambda1=1, lambda2=0.5, lambda3=0.25), Fraction(19, 32)),
@@ -25,6 +33,14 @@ CLOSED_FORMS = {
         Fraction(135, 476),
     ),
     "least squares": (Problem([[1, 0], [1, 0]], [3, 2], lambda1=1, lambda2=0, lambda3=0), Fraction(4)),
+    "0 modulo a prime": (
+        Problem([[PRIMES[0]]], [1], lambda1=1, lambda2=1, lambda3=0),
+        Fraction(1, PRIMES[0]) - Fraction(1, 4 * PRIMES[0] ** 2),
+    ),
+    "dependent modulo a prime": (
+        Problem([[PRIMES[0], 0], [0, 1]], [0, 3], lambda1=1, lambda2=2, lambda3=0),
+        Fraction(5),
+    ),
     "o = 0": (Problem([[1, 2]], [0, 0], lambda1=1, lambda2=1, lambda3=1), Fraction(0)),
 }
 
@@ -42,6 +58,127 @@ def test_the_interval_holds_the_closed_form(name, exponent):
     exact = value * Fraction(2) ** (2 * exponent)
     assert Fraction(found.lower) <= exact <= Fraction(found.upper), (found, float(exact))
     assert found.relative_width <= 1e-12 or found.share_of_target <= 1e-15, found
+
+
+@pytest.mark.parametrize("lambdas", LAMBDAS)
+def test_newton_gives_a_hundred_bits_from_a_float_answer_in_a_few_steps(lambdas):
+    shape = Shape("like S", 6, (76, 176, 26), 1, 71)
+    problem = Instance.of(shape).problem(0, lambdas)
+    found, referee = enclose(problem), optimum(problem)
+    assert found.bits == 128, found
+    assert found.relative_width <= 1e-30, found
+    assert found.steps <= 6, found
+    assert found.exact.lower <= referee.value.upper, found
+    assert referee.value.lower <= found.exact.upper, found
+    assert Fraction(found.lower) <= found.exact.lower <= found.exact.upper <= Fraction(found.upper), found
+    coarse, fine = enclose(problem, bits=53), enclose(problem, bits=256)
+    assert coarse.bits == 53, coarse
+    assert fine.relative_width <= 1e-65, fine
+    assert coarse.exact.lower <= fine.exact.lower <= fine.exact.upper <= coarse.exact.upper, (coarse, fine)
+
+
+def test_fewer_bits_than_a_float_are_refused():
+    with pytest.raises(PointError, match="at least 53"):
+        enclose(CLOSED_FORMS["19/32"][0], bits=52)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_start_is_believed(seed):
+    rng = np.random.default_rng(seed)
+    X, o = rng.normal(size=(4, 9)), rng.normal(size=9)
+    problem = Problem(X, o, modalities=[2, 3, 4], lambda1=1, lambda2=0.3, lambda3=0.3)
+    truth = enclose(problem, bits=256)
+    given = rng.normal(size=4) * 10.0 ** rng.uniform(-9, 9), rng.normal(size=9) * (seed % 3)
+    found = enclose(problem, start=given)
+    assert found.exact.lower <= truth.exact.lower <= truth.exact.upper <= found.exact.upper, (found, truth)
+    assert found.relative_width <= 1e-12, found
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_newton_mends_a_start_with_wrong_signs_and_zeros(seed):
+    rng = np.random.default_rng(seed)
+    X, o = rng.normal(size=(5, 12)), rng.normal(size=12)
+    problem = Problem(X, o, modalities=[3, 4, 5], lambda1=1, lambda2=0.6, lambda3=0.4)
+    answer = enclose(problem)
+    w = np.where(answer.w == 0, rng.normal(size=5) * 1e-3, answer.w)
+    w[np.argmin(abs(w))] *= 0.0 if seed % 2 else -1.0
+    with precision(128):
+        scaling = Scaling.of(problem)
+        frame = BallFrame.of(problem, (scaling.x, scaling.o))
+        t = 2.0 * problem.modalities.norms(answer.u) / problem.lambda3
+        start = Start(w * 2.0 ** (scaling.x - scaling.o), t * 2.0 ** (4 * scaling.x))
+        point = Refinement(frame, start).point()
+        width = primal_value(frame, point).upper() - dual_value(frame, point).lower()
+        assert width <= frame.target * 1e-30, (width, answer.w, w)
+
+
+@pytest.mark.parametrize("lambdas", list(itertools.product((0.0, 0.7), repeat=3)))
+@pytest.mark.parametrize("deficient", [False, True])
+def test_no_dual_value_exceeds_a_primal_one(lambdas, deficient):
+    rng = np.random.default_rng(5)
+    for _ in range(30):
+        X = rng.normal(size=(3, 6))
+        X[2] = X[0] - 2 * X[1] if deficient else X[2]
+        names = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
+        problem = Problem(X, rng.normal(size=6), modalities=[2, 4], **names)
+        with precision(128):
+            frame = BallFrame.of(problem, (0, 0))
+            low = max(dual_value(frame, scattered(rng)).lower() for _ in range(10))
+            high = min(primal_value(frame, scattered(rng)).upper() for _ in range(10))
+            assert low <= high, (low, high)
+
+
+@pytest.mark.parametrize("lambdas", list(itertools.product((0.0, 0.2), (0.0, 0.7), (0.0, 0.1))))
+def test_no_dual_value_beside_the_optimum_exceeds_it(lambdas):
+    rng = np.random.default_rng(6)
+    names = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
+    for _ in range(8):
+        problem = Problem(rng.random((3, 6)), rng.random(6), modalities=[2, 4], **names)
+        found = enclose(problem).exact
+        with precision(128):
+            frame = BallFrame.of(problem, (0, 0))
+            high = flint.arb(flint.fmpq(found.upper.numerator, found.upper.denominator))
+            for factors in itertools.product((0.9, 1.0, 1.1), repeat=2):
+                parts = (found.w, found.t, found.q)
+                w, t, q = ([flint.arb(float(v)) for v in part] for part in parts)
+                w, q = [(v * factors[0]).mid() for v in w], [(v * factors[1]).mid() for v in q]
+                low = dual_value(frame, Central(w, t, q, flint.arb(0))).lower()
+                assert low <= high, (low, high, factors)
+
+
+def scattered(rng: np.random.Generator) -> Central:
+    """Any point of three views and two modalities."""
+    w, q, t = rng.normal(size=3), rng.normal(size=3), rng.random(2)
+    return Central(*([flint.arb(float(v)) for v in part] for part in (w, t, q)), flint.arb(0))
+
+
+@pytest.mark.parametrize("deficient", [False, True])
+@pytest.mark.parametrize("lambdas", [(1, 0, 0), (0, 0, 1), (0, 0, 0)])
+def test_an_equality_case_too_large_for_exact_rationals_is_still_enclosed(monkeypatch, lambdas, deficient):
+    rng = np.random.default_rng(8)
+    X = rng.normal(size=(3, 7))
+    X[2] = X[0] if deficient else X[2]
+    names = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
+    problem = Problem(X, rng.normal(size=7), **names)
+    value = exact_optimum(problem)
+    monkeypatch.setattr("convexperc.exact.WORK_LIMIT", 0)
+    assert exact_optimum(problem) is None, problem
+    found = enclose(problem)
+    assert found.exact.lower <= value <= found.exact.upper, (found, float(value))
+    assert found.relative_width <= 1e-12, found
+
+
+@pytest.mark.parametrize("exponent", [0, -300, 300])
+def test_the_exact_point_attains_its_value(exponent):
+    t = 2.0**exponent
+    problem = Problem([[2.0]], [t], lambda1=1, lambda2=0.5 * t, lambda3=0.25 * t)
+    exact = enclose(problem).exact
+    w, u = exact.w[0], exact.t[0] * 2 * exact.q[0]
+    o, half = Fraction(t), Fraction(t) / 2
+    value = (2 * w - o) ** 2 + (2 * u - w) ** 2 + half * abs(w) + half / 2 * abs(u)
+    assert exact.lower <= exact.upper <= exact.value, exact
+    assert exact.lower <= value <= exact.value, exact
+    assert u != 0, exact
 
 
 def hard(seed: int) -> Problem:
@@ -77,6 +214,7 @@ def test_the_objective_at_floats_is_the_rational_one(seed):
     exact = loss + coupling / 2 + sum(abs(v) for v in x) / 4
     with precision(200):
         value = objective_at(problem, w, u)
+    with precision(1000):
         assert value.contains(flint.arb(flint.fmpq(exact.numerator, exact.denominator))), (value, exact)
 
 
@@ -117,6 +255,17 @@ def test_certifying_in_balls_judges_the_point_itself():
     assert judged.certified, judged
     assert judged.objective[0] <= 19 / 32 * (1 + 1e-12), judged
     assert judged.gap >= judged.objective[0] - judged.upper, judged
+
+
+@pytest.mark.parametrize("hole", [np.nan, np.inf])
+def test_a_point_with_holes_is_never_certified_in_balls(hole):
+    problem = Problem([[1.0]], [1.0], lambda1=1, lambda2=0.5, lambda3=0.25)
+    found = enclose(problem)
+    point = np.array([hole]), np.array([0.5])
+    judged = certify_in_balls(problem, found, certify(problem, *point), point)
+    assert not judged.certified, judged
+    assert judged.gap == np.inf, judged
+    assert judged.objective == (0.0, np.inf), judged
 
 
 @pytest.mark.parametrize("index", [1, 3])
