@@ -163,7 +163,7 @@ class Answers:
 
 def within(answers: Any, gaps: Float[np.ndarray, " p"]) -> Bool[np.ndarray, " p"]:
     """Whether each gap is at most a share of the lower bound of F*, or of one of ||o||^2."""
-    share = gaps <= answers.absolute_tolerance * answers.projection.squares(lower=True)
+    share = gaps <= answers.absolute_tolerance * answers.projection.squares[0]
     return np.asarray(share | (gaps <= answers.relative_tolerance * answers.lower))
 
 

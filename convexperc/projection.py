@@ -4,6 +4,7 @@ After this pass nothing of size d is needed until an answer's u is asked for.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -102,11 +103,13 @@ class Projection:
         """o_j as given."""
         return np.asarray(self.O[:, j], dtype=np.float64)
 
-    def squares(self, *, lower: bool) -> Float[np.ndarray, " p"]:
-        """Bounds of ||o_j||^2 on one side; 0 or infinite where it is not sound."""
-        g = self.shared.gamma
-        found = np.ldexp(self.targets * (1.0 - g if lower else 1.0 + g), 2 * self.exponents)
-        return np.where(self.sound, found, 0.0 if lower else np.inf)
+    @cached_property
+    def squares(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
+        """Lower and upper bounds of ||o_j||^2; 0 and infinite where it is not sound."""
+        g, found = self.shared.gamma, np.ldexp(self.targets, 2 * self.exponents)
+        lower, upper = found * (1.0 - g), found * (1.0 + g)
+        lower[~self.sound], upper[~self.sound] = 0.0, np.inf
+        return lower, upper
 
     def zero_is_optimal(self, lambdas: tuple[float, float, float]) -> Bool[np.ndarray, " p"]:
         """Where lambda2 >= 2 ||X o_j||_inf is proved, so that w = u = 0 is an optimum."""
@@ -118,13 +121,15 @@ class Projection:
         self, lambdas: tuple[float, float, float]
     ) -> tuple[Float[np.ndarray, "p 3"], Bool[np.ndarray, " p"]]:
         """Normalise the lambdas for each template; also tell where they are in the range of the bounds."""
-        k = self.exponents[:, None]
-        shifts = np.hstack([np.full_like(k, 2 * self.x), self.x + k, 2 * self.x + k])
+        found = np.empty((self.p, 3))
         with np.errstate(over="ignore", under="ignore"):
-            found = np.ldexp(np.array(lambdas), -shifts)
+            found[:, 0] = np.ldexp(lambdas[0], -2 * self.x)
+            found[:, 1] = np.ldexp(lambdas[1], -self.x - self.exponents)
+            found[:, 2] = np.ldexp(lambdas[2], -2 * self.x - self.exponents)
         inside = (found >= 1.0 / LARGEST) & (found <= LARGEST)
-        inside[:, 1] |= lambdas[1] == 0.0
-        return found, inside.all(axis=1)
+        if lambdas[1] == 0.0:
+            inside[:, 1] = True
+        return found, np.asarray(inside.all(axis=1))
 
 
 def _templates(O: Any, d: int) -> Any:  # noqa: E741 - the paper's symbol

@@ -43,11 +43,11 @@ def _doubtful(run: Run) -> Int[np.ndarray, " k"]:
 
 
 def _estimate(run: Run) -> Float[np.ndarray, " p"]:
-    """A guess at every F*, only to order the templates: ridge regression on the views."""
+    """A guess at every F*, only to order the templates: what ridge regression on the views leaves."""
     data = run.projection
-    n = data.C.shape[1]
-    ridge = data.shared.G + (run.normalised[run.ready][0, 0] + 1e-9 * n) * np.eye(n)
-    explained = np.einsum("pn,pn->p", data.C, np.linalg.solve(ridge, data.C.T).T)
+    ridge = data.shared.G.copy()
+    ridge.flat[:: ridge.shape[0] + 1] += run.normalised[0, 0] + 1e-9 * ridge.shape[0]
+    explained = np.einsum("pn,np->p", data.C, np.linalg.solve(ridge, data.C.T))
     return np.asarray(np.ldexp(data.targets - explained, 2 * data.exponents))
 
 

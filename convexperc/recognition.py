@@ -303,7 +303,8 @@ def _narrowed(found: Recognition) -> Answers:
         problem = found.answers.problem(j)
         data = problem.o.tobytes()
         if data not in known:
-            tight = enclose(problem, relative_tolerance=NARROW, absolute_tolerance=NARROW)
+            start = np.array(found.answers.w[j]), found.answers.u(j)
+            tight = enclose(problem, relative_tolerance=NARROW, absolute_tolerance=NARROW, start=start)
             known[data] = tight.lower, tight.upper
         lower[j], upper[j] = max(known[data][0], lower[j]), min(known[data][1], upper[j])
     return replace(found.answers, lower=lower, upper=upper)
@@ -360,6 +361,8 @@ def decide(answers: Answers, names: tuple[str, ...], views: tuple[str, ...]) -> 
 
 def _all_zero(answers: Answers) -> bool:
     """Whether w = u = 0 is proved to be an optimum for every template."""
+    if (answers.upper < answers.projection.squares[0]).any():
+        return False
     proved, sound = answers.projection.zero_is_optimal(answers.lambdas), answers.projection.sound
     if not proved[sound].all():
         return False
@@ -368,7 +371,7 @@ def _all_zero(answers: Answers) -> bool:
 
 def _norm_warning(answers: Answers, names: tuple[str, ...]) -> tuple[str, ...]:
     data = answers.projection
-    norms = np.sqrt(data.squares(lower=True))
+    norms = np.sqrt(data.squares[0])
     for j in (~data.sound).nonzero()[0].tolist():
         norms[j] = euclidean_length(data.template(j))
     short, long = int(norms.argmin()), int(norms.argmax())

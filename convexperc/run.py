@@ -3,7 +3,8 @@
 import math
 import time
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -36,6 +37,15 @@ def read_lambdas(lambda1: Any, lambda2: Any, lambda3: Any) -> Lambdas:
         nonnegative_number(lambda2, "lambda2"),
         nonnegative_number(lambda3, "lambda3"),
     )
+
+
+class _Values(NamedTuple):
+    """Bounds of every F* and gap on the original data, and which gaps are within the tolerances."""
+
+    lower: Float[np.ndarray, " p"]
+    upper: Float[np.ndarray, " p"]
+    gap: Float[np.ndarray, " p"]
+    certified: Bool[np.ndarray, " p"]
 
 
 @dataclass
@@ -153,6 +163,7 @@ class Run:
             mine[chosen] = new
         for name in ("W", "T", "Q", "iterations"):
             getattr(self.batch, name)[chosen] = getattr(found, name)
+        self._changed()
 
     def finish(self) -> None:
         """Solve every template to the end."""
@@ -161,6 +172,8 @@ class Run:
 
     def fall_back(self, chosen: Chosen, solver: Solver | None = None, *, escalate: bool = True) -> None:
         """Solve the chosen templates one by one, on the original data."""
+        if chosen.size == 0:
+            return
         began, data = time.perf_counter(), self.projection
         one, two, three = self.lambdas
         first = None
@@ -177,40 +190,42 @@ class Run:
                 relative_tolerance=self.relative_tolerance,
                 absolute_tolerance=self.absolute_tolerance,
             )
+        self._changed()
         self.falling_back += time.perf_counter() - began
 
     def intervals(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
         """Proved bounds of every F*, on the original data."""
-        lower, upper, _ = self._values()
-        return lower, upper
+        return self._values.lower, self._values.upper
 
     def certified(self) -> Bool[np.ndarray, " p"]:
         """Which answers are proved to be within the tolerances."""
-        lower, _, gap = self._values()
-        relative, absolute = self.relative_tolerance, self.absolute_tolerance
-        close = (gap <= relative * lower) | (gap <= absolute * self.projection.squares(lower=True))
-        for j, solution in self.singles.items():
-            close[j] = solution.certificate.certified
-        return close
+        return self._values.certified
 
-    def _values(self) -> tuple[Float[np.ndarray, " p"], ...]:
-        """Lower, upper and gap on the original data; powers of two in the safe range are exact."""
-        shift = 2 * self.projection.exponents
-        lower, upper, gap = (
-            np.ldexp(x, shift) for x in (self.bounds.lower, self.bounds.upper, self.bounds.gap)
-        )
-        lower[~self.ready], upper[~self.ready], gap[~self.ready] = 0.0, np.inf, np.inf
-        upper = np.minimum(upper, self.projection.squares(lower=False))
+    @cached_property
+    def _values(self) -> "_Values":
+        """What is proved on the original data; powers of two in the safe range are exact."""
+        shift, bounds = 2 * self.projection.exponents, self.bounds
+        lower, upper, gap = (np.ldexp(x, shift) for x in (bounds.lower, bounds.upper, bounds.gap))
+        if not self.ready.all():
+            lower[~self.ready], upper[~self.ready], gap[~self.ready] = 0.0, np.inf, np.inf
+        least, most = self.projection.squares
+        upper = np.minimum(upper, most)
+        certified = (gap <= self.relative_tolerance * lower) | (gap <= self.absolute_tolerance * least)
         for j, solution in self.singles.items():
             proof = solution.certificate
             lower[j], upper[j], gap[j] = proof.lower, proof.upper, proof.gap
-        return lower, upper, gap
+            certified[j] = proof.certified
+        return _Values(lower, upper, gap, certified)
+
+    def _changed(self) -> None:
+        """Forget the values of before."""
+        self.__dict__.pop("_values", None)
 
     def answers(self) -> Answers:
         """Everything that is known, on the original data."""
         data = self.projection
         k = data.exponents[:, None]
-        lower, upper, gap = self._values()
+        lower, upper, gap, _ = self._values
         w = np.ldexp(self.batch.W, k - data.x)
         norms = np.ldexp(self.bounds.modality_norms, k - 2 * data.x)
         views, modalities = self.bounds.zero_views, self.bounds.zero_modalities

@@ -140,10 +140,11 @@ def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVecto
 
 def _escalate(problem: Problem, answer: _Answer) -> _Answer:
     """The better of two points, judged by ball arithmetic: the enclosure's own, and the answer's."""
-    found, before = enclose(problem), answer.certificate
-    own = _Answer(found.w, found.u, certify_in_balls(problem, found, before))
-    if not (np.isfinite(answer.w).all() and np.isfinite(answer.u).all()):
-        return own
     point = answer.w, answer.u
+    finite = all(bool(np.isfinite(part).all()) for part in point)
+    found, before = enclose(problem, start=point if finite else None), answer.certificate
+    own = _Answer(found.w, found.u, certify_in_balls(problem, found, before))
+    if not finite:
+        return own
     kept = _Answer(*point, certify_in_balls(problem, found, before, point))
     return own if own.better_than(kept) else kept
