@@ -351,9 +351,12 @@ def decide(answers: Answers, names: tuple[str, ...], views: tuple[str, ...]) -> 
     data = answers.projection
     first = data.template(int(rivals[0]))
     others = [data.template(int(j)) for j in rivals[1:]]
+    ordered = tuple(names[j] for j in sorted(rivals.tolist()))
     if all(np.array_equal(first, other) for other in others):
+        candidates = ordered
         return verdict(Verdict.TIE, f"the templates {', '.join(candidates)} are identical")
     if all(interchangeable(data.X, data.modalities, first, other) for other in others):
+        candidates = ordered
         reason = f"the templates {', '.join(candidates)} are the same but for the order of the data"
         return verdict(Verdict.TIE, reason)
     return verdict(Verdict.UNDECIDED, f"the intervals of {', '.join(candidates)} overlap")
