@@ -1,5 +1,6 @@
 """The benchmark poses every peer rightly and judges it rightly; no test looks at a time."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -8,11 +9,22 @@ import pytest
 
 from convexperc.certificate import certify
 from verification.bench import GAP, Outcome, Sample, isolated, measure, proved_bounds
-from verification.bench_report import as_json, frames_table, growth_table, machine, peers_table
+from verification.bench_report import (
+    as_json,
+    frames_table,
+    growth_table,
+    machine,
+    peers_table,
+    pictures_table,
+    proofs_table,
+)
 from verification.floor import Growth, frame_times
+from verification.growth_plot import growth_plot
 from verification.instances import LAMBDAS, SHAPES, TINY, Instance
 from verification.peers import ABSENT, OURS, PEERS, Peer
+from verification.picture_frames import PictureTimes
 from verification.posed import Ours, Posed
+from verification.proof_times import proof_times
 from verification.reduced_gap import value_and_gap
 
 INSTANCE = Instance.of(TINY)
@@ -115,7 +127,26 @@ def test_tables_and_json_hold_what_was_found():
     assert line.exponents == pytest.approx((1.0, 3.0))
     assert peers_table(TINY, outcomes).row_count == 2 + len(ABSENT)
     assert frames_table({"tiny": frame}).row_count == growth_table([line]).row_count == 1
-    data = as_json({"tiny": outcomes}, {"tiny": frame}, [line])
+    proofs, seen = proof_times(INSTANCE, 1), PictureTimes(0.5, (0.2, 0.1), (0.1, 0.1), (0.1, 0.1), 2)
+    assert proofs_table("tiny", proofs).row_count == len(LAMBDAS)
+    assert all(each.enclosed_width < 1e-25 < each.relative_width < 1e-8 for each in proofs), proofs
+    assert pictures_table(seen).row_count == 1
+    data = as_json({"tiny": outcomes}, {"tiny": frame}, [line], {"tiny": proofs}, seen)
+    assert json.loads(json.dumps(data, allow_nan=False))["frames"]["tiny"]["labelled"] == frame.labelled
     assert data["peers"]["tiny"][1]["first_call"] is None
     assert math.isnan(outcomes[0].first_call)
     assert not any("/" in text for text in machine()["blas"])
+
+
+@pytest.mark.parametrize(("kind", "head"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
+def test_the_growth_is_drawn(kind, head):
+    lines = [Growth(size, (1, 10), (1e-3, 1e-2), (1e-3, 1.0)) for size in "ndmp"]
+    drawn = growth_plot(lines, kind)
+    assert drawn.startswith(head)
+    assert drawn == growth_plot(lines, kind)
+
+
+def test_the_whole_frame_is_recognised_and_mostly_pruned():
+    frame = frame_times(Instance.of(replace(SHAPES["P"], p=600)), 1)
+    assert frame.labelled == len(LAMBDAS)
+    assert frame.full[0] < 100, frame

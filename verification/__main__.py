@@ -134,6 +134,10 @@ def check(
     raise typer.Exit(0 if verdict.proved else 1)
 
 
+PROVED = "S"
+"""The instance whose proofs are timed."""
+
+
 @app.command()
 def bench(
     instances: Annotated[str, typer.Option(help="Names, with commas between: S, M, L, XL, P.")] = "S,M",
@@ -142,29 +146,48 @@ def bench(
     repeat: Annotated[int, typer.Option(min=1, help="Timings of which the median counts.")] = 5,
     limit: Annotated[float, typer.Option(min=0.0, help="Seconds a peer may take on an instance.")] = 60.0,
     growth: Annotated[bool, typer.Option("--growth", help="Also fit the growth with n, d, m and p.")] = False,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the growth: .png or .svg; with --growth.", dir_okay=False)
+    ] = None,
+    pictures: Annotated[bool, typer.Option("--pictures", help="Also time frames from pictures.")] = False,
     json_file: File = None,
 ) -> None:
     """Time the library beside other solvers, all held to the same gap by the same judge."""
-    from verification.bench import run  # noqa: PLC0415 - keeps --help quick
-    from verification.bench_report import as_json, frames_table, growth_table, machine, peers_table  # noqa: PLC0415
-    from verification.instances import SHAPES  # noqa: PLC0415 - keeps --help quick
+    from convexperc.picture import picture_kind  # noqa: PLC0415 - keeps --help quick
+    from convexperc.records import write_whole  # noqa: PLC0415
+    from verification import bench_report as report  # noqa: PLC0415
+    from verification.bench import one_thread, run  # noqa: PLC0415
+    from verification.floor import growth as grow  # noqa: PLC0415
+    from verification.growth_plot import growth_plot  # noqa: PLC0415
+    from verification.instances import SHAPES, Instance  # noqa: PLC0415
+    from verification.picture_frames import picture_times  # noqa: PLC0415
+    from verification.proof_times import proof_times  # noqa: PLC0415
 
+    if plot is not None and not growth:
+        raise typer.BadParameter("--plot needs --growth")
+    kind = None if plot is None else picture_kind(plot)
     names = instances.split(",")
     if unknown := [name for name in names if name not in SHAPES]:
         raise typer.BadParameter(f"unknown: {', '.join(unknown)}; known: {', '.join(SHAPES)}")
-    console, outcomes, frames = _console(), {}, {}
-    for name in names:
-        outcomes[name], frames[name] = run(SHAPES[name], peers, templates, repeat, limit)
-        console.print(peers_table(SHAPES[name], outcomes[name]))
-    console.print(frames_table(frames))
-    grown = []
+    console, outcomes, frames, proofs = _console(), {}, {}, {}
+    with one_thread():
+        seen = picture_times(repeat) if pictures else None
+        if seen is not None:
+            console.print(report.pictures_table(seen))
+        for name in names:
+            outcomes[name], frames[name] = run(SHAPES[name], peers, templates, repeat, limit)
+            console.print(report.peers_table(SHAPES[name], outcomes[name]))
+            if name == PROVED:
+                proofs[name] = proof_times(Instance.of(SHAPES[name]), repeat)
+                console.print(report.proofs_table(name, proofs[name]))
+        console.print(report.frames_table(frames))
+        grown = grow(repeat) if growth else []
     if growth:
-        from verification.floor import growth as grow  # noqa: PLC0415 - keeps --help quick
-
-        grown = grow(repeat)
-        console.print(growth_table(grown))
-    console.print_json(data=machine())
-    _write(json_file, as_json(outcomes, frames, grown))
+        console.print(report.growth_table(grown))
+    if plot is not None and kind is not None:
+        write_whole(plot, growth_plot(grown, kind))
+    console.print_json(data=report.machine())
+    _write(json_file, report.as_json(outcomes, frames, grown, proofs, seen))
 
 
 def main() -> None:

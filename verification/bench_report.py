@@ -15,6 +15,8 @@ from verification.bench import GAP, Outcome, one_thread
 from verification.floor import FrameTimes, Growth
 from verification.instances import LAMBDAS, Shape
 from verification.peers import ABSENT, OURS
+from verification.picture_frames import PictureTimes
+from verification.proof_times import ProofTimes
 from verification.reduced_gap import LARGE
 
 PACKAGES = ("numpy", "scipy", "numba", "cvxpy", "clarabel", "qoco", "scs", "skglm", "celer")
@@ -116,6 +118,37 @@ def frames_table(times: dict[str, FrameTimes]) -> Table:
     return table
 
 
+def proofs_table(name: str, found: Sequence[ProofTimes]) -> Table:
+    """What proofs cost, one line a choice of the lambdas."""
+    table = Table(
+        "lambdas", "certify ms", "width", "reduced ms", "128 bits ms", "width", "whole frame ms",
+        title=f"{name}: proofs of a template, and the whole frame with all answers and intervals",
+    )  # fmt: skip
+    for each in found:
+        table.add_row(
+            ", ".join(f"{value:g}" for value in each.lambdas),
+            _number(1e3 * each.certified),
+            f"{each.relative_width:.1e}",
+            _number(1e3 * each.reduced),
+            _number(1e3 * each.enclosed),
+            f"{each.enclosed_width:.1e}",
+            _number(1e3 * each.many),
+        )
+    return table
+
+
+def pictures_table(found: PictureTimes) -> Table:
+    """From six pictures to the label."""
+    table = Table(
+        "first frame ms", "warm frame ms", "features ms", "label ms", "references ms", "right and proved",
+        title="six 320 x 240 pictures to the proved label against eight references",
+    )  # fmt: skip
+    times = found.first, found.warm, found.extraction, found.recognition, found.preparation
+    cells = [_number(1e3 * seconds) for seconds in times]
+    table.add_row(*cells, f"{found.proved} of {len(found.frames)}")
+    return table
+
+
 def growth_table(found: Sequence[Growth]) -> Table:
     """Exponents of the growth, one line a size."""
     table = Table("size", "values", "floor ms", "solve ms", "exponent: floor", "solve", title="growth")
@@ -127,7 +160,11 @@ def growth_table(found: Sequence[Growth]) -> Table:
 
 
 def as_json(
-    outcomes: dict[str, list[Outcome]], frames: dict[str, FrameTimes], grown: Sequence[Growth]
+    outcomes: dict[str, list[Outcome]],
+    frames: dict[str, FrameTimes],
+    grown: Sequence[Growth],
+    proofs: dict[str, list[ProofTimes]],
+    pictures: PictureTimes | None,
 ) -> dict[str, Any]:
     """Plain data; what is not finite becomes None."""
     data = {
@@ -137,6 +174,8 @@ def as_json(
         "peers": {name: [asdict(o) for o in found] for name, found in outcomes.items()},
         "absent": ABSENT,
         "frames": {name: {**asdict(frame), "ratios": frame.ratios} for name, frame in frames.items()},
+        "proofs": {name: [asdict(each) for each in found] for name, found in proofs.items()},
+        "pictures": None if pictures is None else asdict(pictures),
         "growth": [{**asdict(line), "exponents": line.exponents} for line in grown],
     }
     plain: dict[str, Any] = _finite(data)

@@ -182,7 +182,7 @@ def sweep(model, weight, n, N):
 def minimise(model, weight, slack, n, N):
     """Minimise over the first N unknowns, from `start`; coordinate descent where active sets cycle.
 
-    The list of the active is then begun anew: where H is singular, what its factor yields depends on the order.
+    The list of the active is then begun anew: where H is singular, its factor depends on the order.
     """
     copy(model.start[:N], model.z)
     if active_set(model, weight, slack, n, N):

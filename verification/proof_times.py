@@ -1,0 +1,85 @@
+"""What a proof costs: the float64 certificate, the one from the reduced data, ball arithmetic."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from statistics import median
+
+import numpy as np
+
+from convexperc.certificate import certify
+from convexperc.enclosure import enclose
+from convexperc.many import solve_many
+from verification.instances import LAMBDAS, Instance, Lambdas
+
+BITS = 128
+"""Precision of the ball arithmetic that is timed."""
+
+
+@dataclass(frozen=True)
+class ProofTimes:
+    """Median seconds on one template, for one choice of the lambdas.
+
+    Attributes
+    ----------
+    lambdas : (float, float, float)
+    certified : float
+        `certify` on the original data, in float64.
+    relative_width : float
+        Of its interval.
+    reduced : float
+        All templates bounded from the reduced data, over their number.
+    enclosed : float
+        `enclose` in 128 bits from the solver's answer.
+    enclosed_width : float
+        Of its interval before it is rounded to float64.
+    many : float
+        All templates of the frame: Gram matrices, X O, answers, intervals.
+    """
+
+    lambdas: Lambdas
+    certified: float
+    relative_width: float
+    reduced: float
+    enclosed: float
+    enclosed_width: float
+    many: float
+
+
+def proof_times(instance: Instance, repeat: int) -> list[ProofTimes]:
+    """Time the proofs of an instance's first template; a first call of each is not counted."""
+    found = []
+    for lambdas in LAMBDAS:
+        problem = instance.problem(0, lambdas)
+        one, two, three = lambdas
+        work = partial(
+            solve_many, instance.X, instance.O, lambda1=one, lambda2=two, lambda3=three,
+            modalities=instance.modalities,
+        )  # fmt: skip
+        answers = work()
+        w, u = np.array(answers.w[0]), answers.u(0)
+        proof, ball = certify(problem, w, u), enclose(problem, bits=BITS, start=(w, u))
+        exact = ball.exact
+        proved = median(work().stages.prove for _ in range(repeat)) / len(answers)
+        found.append(
+            ProofTimes(
+                lambdas,
+                _timed(partial(certify, problem, w, u), repeat),
+                (proof.upper - proof.lower) / proof.upper,
+                proved,
+                _timed(partial(enclose, problem, bits=BITS, start=(w, u)), repeat),
+                float((exact.upper - exact.lower) / exact.upper),
+                _timed(work, repeat),
+            )
+        )
+    return found
+
+
+def _timed(work: Callable[[], object], repeat: int) -> float:
+    times = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return median(times)
