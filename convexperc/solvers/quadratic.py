@@ -180,7 +180,10 @@ def sweep(model, weight, n, N):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def minimise(model, weight, slack, n, N):
-    """Minimise over the first N unknowns, from `start`; coordinate descent where active sets cycle."""
+    """Minimise over the first N unknowns, from `start`; coordinate descent where active sets cycle.
+
+    The list of the active is then begun anew: where H is singular, its factor depends on the order.
+    """
     copy(model.start[:N], model.z)
     if active_set(model, weight, slack, n, N):
         return
@@ -188,6 +191,7 @@ def minimise(model, weight, slack, n, N):
         for _ in range(SWEEPS):
             sweep(model, weight, n, N)
         copy(model.start[:N], model.z)
+        model.counts[:] = 0
         if active_set(model, weight, slack, n, N):
             return
     copy(model.start[:N], model.z)
