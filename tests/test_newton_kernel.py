@@ -43,7 +43,7 @@ def test_what_is_not_positive_definite_is_refused():
 @pytest.mark.parametrize("seed", range(20))
 def test_the_minimiser_of_the_model_is_stationary_and_a_factor_can_be_used_again(seed):
     rng, n, N, weight = np.random.default_rng(seed), 6, 9, 2.0
-    model = new_model(N)
+    model = new_model.py_func(N)
     model.H[:] = positive(N, seed)
     for _ in range(3):
         model.h[:] = 10 * rng.normal(size=N)

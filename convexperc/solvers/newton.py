@@ -10,7 +10,7 @@ from convexperc.problem import Problem
 from convexperc.reduction import Reduction
 from convexperc.solution import Candidate
 from convexperc.solvers.newton_kernel import Race, Rules, solve_batch
-from convexperc.solvers.quadratic import minimise, new_model
+from convexperc.solvers.quadratic import lasso
 
 NO_RACE = Race(np.empty(0), np.inf, 0.0)
 
@@ -152,8 +152,6 @@ def _range_basis(X: Matrix) -> Float[np.ndarray, "n r"]:
 
 def _lasso(quadratic: Float[np.ndarray, "n n"], c: Vector, weight: float) -> Vector:
     """Minimise w'Qw - 2 c'w + weight ||w||_1."""
-    n = c.size
-    model = new_model(n)
-    model.H[:], model.h[:] = 2.0 * quadratic, -2.0 * c
-    minimise(model, weight, 0.0, n, n)
-    return np.asarray(model.z)
+    z = np.zeros(c.size)
+    lasso(2.0 * quadratic, -2.0 * c, weight, z)
+    return z

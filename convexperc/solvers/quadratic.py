@@ -195,3 +195,18 @@ def minimise(model, weight, slack, n, N):
         if active_set(model, weight, slack, n, N):
             return
     copy(model.start[:N], model.z)
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def lasso(H, h, weight, z):
+    """Set z to the minimiser of z'Hz/2 + h'z + weight ||z||_1; for callers that are not compiled.
+
+    A compiled function that compiled ones call must not hand arrays to Python: what it needs for that can be
+    lost where the two come from the disk, cached by different processes.
+    """
+    model = new_model(h.size)
+    model.H[:] = H
+    model.h[:] = h
+    minimise(model, weight, 0.0, h.size, h.size)
+    copy(model.z, z)
