@@ -190,8 +190,8 @@ def solve(
     problem: Problem,
     solver: Annotated[
         SolverName,
-        typer.Option(help="conic, newton: any problem. qp: lambda3 = 0 or one-column modalities."),
-    ] = SolverName.CONIC,
+        typer.Option(help="newton, conic: any problem. qp: lambda3 = 0 or one-column modalities."),
+    ] = SolverName.NEWTON,
     escalate: Annotated[
         bool, typer.Option(help="Use ball arithmetic where the solver's answer is not certified.")
     ] = True,
@@ -267,10 +267,10 @@ def _progress() -> Iterator[tuple[Callable[[int], None], Callable[[str], None]]]
     console = Console(stderr=True)
     columns = TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn()
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("working", total=None)
+        task = bar.add_task("working; the first run of an installation compiles, half a minute", total=None)
 
         def expect(steps: int) -> None:
-            bar.update(task, description="solving", total=steps)
+            bar.update(task, total=steps)
 
         def step(name: str) -> None:
             bar.update(task, description=f"solved {name}", advance=1)

@@ -22,15 +22,14 @@ class Interval:
         self.value = frame.target.upper()
         self.point = Central([zero] * frame.n, [zero] * len(frame.K), [zero] * frame.n, zero)
 
-    def try_point(self, point: Central) -> bool:
-        """Bound F* by what the point gives; true where the interval or F at the point is better."""
+    def try_point(self, point: Central) -> tuple[Number, Number]:
+        """Bound F* by what the point gives; returns these bounds from above and from below."""
         value, low = primal_value(self.frame, point).upper(), dual_value(self.frame, point).lower()
-        better = bool(value < self.value) or bool(low > self.lower)
         if value < self.value:
             self.value, self.point = value, point
         self.upper = min(self.upper, value)
         self.lower = max(self.lower, low)
-        return better
+        return value, low
 
     @property
     def relative(self) -> float:
@@ -56,9 +55,12 @@ class Interval:
     def follow(self) -> None:
         """Try points along the central path until the interval is narrow, or no more is gained."""
         path, before, stalled = CentralPath(self.frame), self.steps, 0
+        best, least = self.frame.target.upper(), flint.arb(0)  # of the path: another point may be far ahead
         while stalled <= 3 and path.mu >= self.frame.target * flint.arb(2) ** (-flint.ctx.prec):
             path.advance()
-            stalled = 0 if self.try_point(path.point()) else stalled + 1
+            value, low = self.try_point(path.point())
+            stalled = 0 if value < best or low > least else stalled + 1
+            best, least = min(best, value), max(least, low)
             self.steps = before + path.steps
             if self.narrow:
                 break
