@@ -283,3 +283,13 @@ def test_entries_of_any_size_in_one_matrix_still_give_a_narrow_interval(index):
     problem = seeded("mixed_scales", 0, index)
     found = solve(problem, Poor(), escalate=True)
     assert found.certificate.enclosed, (found.status, found.certificate)
+
+
+def test_a_start_that_is_far_off_costs_steps_and_not_the_interval():
+    problem = seeded("extreme_data", 0, 403)
+    nothing = np.zeros(problem.n), np.zeros(problem.d)
+    without, given = enclose(problem), enclose(problem, start=nothing)
+    assert without.relative_width <= 1e-12, without.relative_width
+    assert given.relative_width <= 1e-12, given.relative_width
+    assert given.lower <= without.upper, (given.lower, without.upper)
+    assert without.lower <= given.upper, (without.lower, given.upper)
