@@ -77,8 +77,8 @@ class Growth:
 def frame_times(instance: Instance, repeat: int) -> FrameTimes:
     """Time the floor and the recognition; a first call of each is not counted."""
     found = [_recognised(instance, lambdas) for lambdas in LAMBDAS]
-    floor = _timed(partial(_floor, instance), repeat)
-    whole = tuple(_timed(partial(_recognised, instance, lambdas), repeat) for lambdas in LAMBDAS)
+    floor = timed(partial(_floor, instance), repeat)
+    whole = tuple(timed(partial(_recognised, instance, lambdas), repeat) for lambdas in LAMBDAS)
     labelled = sum(each.verdict is Verdict.PROVED for each in found)
     return FrameTimes(floor, whole, labelled, tuple(int(each.answers.certified.sum()) for each in found))
 
@@ -91,8 +91,8 @@ def growth(repeat: int) -> list[Growth]:
         for value in values:
             instance = Instance.of(_grown(size, value))
             reduction, C, targets = _floor_and_norms(instance)
-            floors.append(_timed(partial(_floor, instance), repeat))
-            solves.append(_timed(partial(_solve, reduction, C, targets, LAMBDAS[0]), repeat))
+            floors.append(timed(partial(_floor, instance), repeat))
+            solves.append(timed(partial(_solve, reduction, C, targets, LAMBDAS[0]), repeat))
         found.append(Growth(size, values, tuple(floors), tuple(solves)))
     return found
 
@@ -105,7 +105,8 @@ def _grown(size: str, value: int) -> Shape:
     return replace(BASE, n=n, sizes=sizes, p=p)
 
 
-def _timed(work: Callable[[], object], repeat: int) -> float:
+def timed(work: Callable[[], object], repeat: int) -> float:
+    """Median seconds of `repeat` calls; one before them is not counted."""
     work()
     times = []
     for _ in range(repeat):

@@ -1,7 +1,5 @@
 """What a proof costs: the float64 certificate, the one from the reduced data, ball arithmetic."""
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from statistics import median
@@ -11,6 +9,7 @@ import numpy as np
 from convexperc.certificate import certify
 from convexperc.enclosure import enclose
 from convexperc.many import solve_many
+from verification.floor import timed
 from verification.instances import LAMBDAS, Instance, Lambdas
 
 BITS = 128
@@ -65,21 +64,12 @@ def proof_times(instance: Instance, repeat: int) -> list[ProofTimes]:
         found.append(
             ProofTimes(
                 lambdas,
-                _timed(partial(certify, problem, w, u), repeat),
+                timed(partial(certify, problem, w, u), repeat),
                 (proof.upper - proof.lower) / proof.upper,
                 proved,
-                _timed(partial(enclose, problem, bits=BITS, start=(w, u)), repeat),
+                timed(partial(enclose, problem, bits=BITS, start=(w, u)), repeat),
                 float((exact.upper - exact.lower) / exact.upper),
-                _timed(work, repeat),
+                timed(work, repeat),
             )
         )
     return found
-
-
-def _timed(work: Callable[[], object], repeat: int) -> float:
-    times = []
-    for _ in range(repeat):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return median(times)
