@@ -168,7 +168,7 @@ def _read(reduction: Reduction, O: Any) -> tuple[Float[np.ndarray, "p n"], Float
         block = np.asarray(O[:, chosen], dtype=np.float64)
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             C[chosen] = reduction.product(block)
-            np.einsum("dp,dp->p", block, block, out=squares[chosen])
+            squares[chosen] = reduction.squares(block)
         if not np.isfinite(squares[chosen]).all():
             for j in np.flatnonzero(~np.isfinite(squares[chosen])):
                 real_array(block[:, j], f"O[:, {start + j}]", 1)

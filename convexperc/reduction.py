@@ -38,7 +38,7 @@ class Reduction:
     G : float64 (n, n)
         X X' = sum_i K_i.
     depth : int
-        Roundings in a row behind an entry of K, of G, or of a `product`: its error is at most
+        Roundings in a row behind an entry of K, of G, of a `product`, or of `squares`: its error is at most
         gamma_depth times the lengths of the two vectors.
     """
 
@@ -65,6 +65,14 @@ class Reduction:
         for start in range(CHUNK, d, CHUNK):
             found += self.X[:, start : start + CHUNK] @ O[start : start + CHUNK]
         return np.ascontiguousarray(found.T)
+
+    def squares(self, O: Float[np.ndarray, "d p"]) -> Float[np.ndarray, " p"]:  # noqa: E741
+        """||o_j||^2."""
+        found = np.einsum("dp,dp->p", O[:CHUNK], O[:CHUNK])
+        for start in range(CHUNK, O.shape[0], CHUNK):
+            part = O[start : start + CHUNK]
+            found += np.einsum("dp,dp->p", part, part)
+        return np.asarray(found)
 
     def recover(self, t: Float[np.ndarray, " m"], q: Vector) -> Float[np.ndarray, " d"]:
         """u^i = t_i X_i' q; infinite or NaN where t overflowed."""

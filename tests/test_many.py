@@ -1,6 +1,7 @@
 """All templates at once: the same answers as one by one, whatever the scale, the block or the order."""
 
 import pickle
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ import convexperc.projection
 from convexperc import Problem, recognize, solve, solve_many, solve_path
 from convexperc.certificate import certify
 from convexperc.errors import ModalityError, ProblemError
+from convexperc.projection import Projection
 from convexperc.recognition import Verdict
+from convexperc.rounding import gamma
 from convexperc.solution import Status
 from convexperc.symmetry import interchangeable
 from verification.families import EXTREME, ORDINARY_DEGENERATE, RANDOM, seeded
@@ -201,3 +204,20 @@ def test_interchangeable_means_a_permutation_of_the_whole_problem():
     assert not interchangeable(X, two, first, second[::-1].copy())
     assert not interchangeable(X[:1], two, first, second)
     assert not interchangeable(X, problem(X, X[0], [1, 3]).modalities, first, second)
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_long_sums_keep_within_the_roundings_that_they_are_charged_with(order):
+    d = 300_000
+    o = np.full(d, 2.0**-27)
+    o[0] = 1.0
+    X = np.asarray(np.stack([o, o[::-1]]))
+    found = Projection.of(X, np.asarray(np.stack([o, 2.0 * o]).T, order=order), [1, d - 1])
+    depth = found.reduction.depth
+    assert depth < d / 50
+    exact = 1 + (d - 1) * Fraction(1, 2**54)
+    for value, scale in ((found.squares, 1), (found.reduction.G[0], 1)):
+        middle = value[0][0] if isinstance(value, tuple) else value[0]
+        assert abs(Fraction(float(middle)) / exact - 1) <= 2 * Fraction(gamma(depth + 200)), (middle, scale)
+    assert Fraction(float(found.squares[0][0])) <= exact <= Fraction(float(found.squares[1][0]))
+    assert Fraction(float(found.squares[0][1])) <= 4 * exact <= Fraction(float(found.squares[1][1]))
