@@ -76,11 +76,10 @@ class Growth:
 
 def frame_times(instance: Instance, repeat: int) -> FrameTimes:
     """Time the floor and the recognition; a first call of each is not counted."""
-    found = [_recognised(instance, lambdas) for lambdas in LAMBDAS]
+    found = [_summary(instance, lambdas) for lambdas in LAMBDAS]
     floor = timed(partial(_floor, instance), repeat)
     whole = tuple(timed(partial(_recognised, instance, lambdas), repeat) for lambdas in LAMBDAS)
-    labelled = sum(each.verdict is Verdict.PROVED for each in found)
-    return FrameTimes(floor, whole, labelled, tuple(int(each.answers.certified.sum()) for each in found))
+    return FrameTimes(floor, whole, sum(proved for proved, _ in found), tuple(full for _, full in found))
 
 
 def growth(repeat: int) -> list[Growth]:
@@ -131,6 +130,12 @@ def _floor_and_norms(instance: Instance) -> tuple[Reduction, np.ndarray, np.ndar
 
 def _solve(reduction: Reduction, C: np.ndarray, targets: np.ndarray, lambdas: Lambdas) -> None:
     Newton(tolerance=TOLERANCE).batch(reduction, C, targets, np.tile(lambdas, (C.shape[0], 1)))
+
+
+def _summary(instance: Instance, lambdas: Lambdas) -> tuple[bool, int]:
+    """Whether the label is proved, and how many templates were solved to the end."""
+    found = _recognised(instance, lambdas)
+    return found.verdict is Verdict.PROVED, int(found.answers.certified.sum())
 
 
 def _recognised(instance: Instance, lambdas: Lambdas) -> Recognition:

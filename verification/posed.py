@@ -50,10 +50,13 @@ class Posed(ABC):
 class Ours(Posed):
     """All templates of the frame in one call; each takes its share of the time."""
 
+    def _pose(self) -> None:
+        self.solver = Newton(tolerance=self.tolerance)
+        self.each = np.tile(self.lambdas, (self.instance.shape.p, 1))
+
     def _batch(self, templates: slice) -> Batch:
         C, targets = self.instance.C[templates], self.instance.targets[templates]
-        lambdas = np.tile(self.lambdas, (C.shape[0], 1))
-        return Newton(tolerance=self.tolerance).batch(self.instance.reduced.reduction, C, targets, lambdas)
+        return self.solver.batch(self.instance.reduced.reduction, C, targets, self.each[templates])
 
     def _solve(self, template: int) -> tuple[Vector, Vector, Vector]:
         batch = self._batch(slice(template, template + 1))
