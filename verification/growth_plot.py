@@ -19,9 +19,9 @@ WORDS = {"n": "robots n", "d": "features d", "m": "modalities m", "p": "template
 def growth_plot(found: Sequence[Growth], kind: str) -> bytes:
     """Draw the times with the power laws that fit them; `kind` is ``"png"`` or ``"svg"``."""
     with mpl.rc_context({"font.family": "DejaVu Sans", "text.color": INK, "svg.hashsalt": "convexperc"}):
-        figure = Figure(figsize=(11.0, 3.4), layout="constrained", facecolor="white")
+        figure = Figure(figsize=(11.0, 3.6), layout="constrained", facecolor="white")
         FigureCanvasAgg(figure)
-        axes = figure.subplots(1, len(found), squeeze=False)[0]
+        axes = figure.subplots(1, len(found), squeeze=False, sharey=True)[0]
         for place, line in zip(axes, found, strict=True):
             _panel(place, line)
         axes[0].set_ylabel("milliseconds a frame", fontsize=9, color=QUIET)
@@ -48,4 +48,4 @@ def _panel(place: Axes, line: Growth) -> None:
     place.set_xlabel(WORDS[line.size], fontsize=9, color=QUIET)
     place.tick_params(labelsize=8, colors=QUIET)
     place.spines[["top", "right"]].set_visible(False)
-    place.legend(fontsize=8, frameon=False, loc="best")
+    place.legend(fontsize=8, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0))
