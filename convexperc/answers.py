@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ class Stages:
     Attributes
     ----------
     read : float
-        The Gram matrices, X O and the lengths: one pass over the data; 0 where they were there already.
+        The Gram matrices, X O and the lengths: one pass over the data, shared by all answers of a path.
     solve : float
         Solving, and cheap lower bounds where templates may be excluded by them.
     prove : float
@@ -108,21 +109,27 @@ class Answers:
             counts[j] = solution.iterations
         return np.asarray(counts)
 
-    @property
+    @cached_property
     def certified(self) -> Bool[np.ndarray, " p"]:
         """Whether the gap of (w, u) is within the tolerances."""
-        close = within(self, self.gap)
+        close = self._within(self.gap)
         for j, solution in self.singles.items():
             close[j] = solution.certificate.certified
-        return np.asarray(close)
+        close.flags.writeable = False
+        return close
 
-    @property
+    @cached_property
     def enclosed(self) -> Bool[np.ndarray, " p"]:
         """Whether [lower, upper] is as narrow as the tolerances ask, whatever the point is."""
-        close = self.certified | within(self, self.upper - self.lower)
+        close = np.asarray(self.certified | self._within(self.upper - self.lower))
         for j, solution in self.singles.items():
             close[j] = solution.certificate.enclosed
-        return np.asarray(close)
+        close.flags.writeable = False
+        return close
+
+    def _within(self, gaps: Float[np.ndarray, " p"]) -> Bool[np.ndarray, " p"]:
+        tolerances = self.relative_tolerance, self.absolute_tolerance
+        return within(gaps, self.lower, self.projection.squares[0], tolerances)
 
     def status(self, j: int) -> Status:
         """What is known of template j."""
@@ -132,9 +139,7 @@ class Answers:
 
     def problem(self, j: int) -> Problem:
         """Template j's problem as given."""
-        one, two, three = self.lambdas
-        data, o = self.projection, self.projection.template(j)
-        return Problem(data.X, o, modalities=data.modalities, lambda1=one, lambda2=two, lambda3=three)
+        return self.projection.problem(j, self.lambdas)
 
     def u(self, j: int) -> FeatureVector:
         """Recover the feature weights of template j: u^i = t_i X_i' q."""
@@ -161,10 +166,15 @@ class Answers:
         )
 
 
-def within(answers: Any, gaps: Float[np.ndarray, " p"]) -> Bool[np.ndarray, " p"]:
-    """Whether each gap is at most a share of the lower bound of F*, or of one of ||o||^2."""
-    share = gaps <= answers.absolute_tolerance * answers.projection.squares[0]
-    return np.asarray(share | (gaps <= answers.relative_tolerance * answers.lower))
+def within(
+    gaps: Float[np.ndarray, " p"],
+    lower: Float[np.ndarray, " p"],
+    target: Float[np.ndarray, " p"],
+    tolerances: tuple[float, float],
+) -> Bool[np.ndarray, " p"]:
+    """Whether each gap is at most a share of the lower bound of F*, or of that of ||o||^2."""
+    relative, absolute = tolerances
+    return np.asarray((gaps <= relative * lower) | (gaps <= absolute * target))
 
 
 @dataclass(frozen=True, eq=False)

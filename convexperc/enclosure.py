@@ -121,6 +121,11 @@ def enclose(
     return best
 
 
+def finite_start(w: Vector, u: FeatureVector) -> tuple[Vector, FeatureVector] | None:
+    """The point as a start of `enclose`; None where an entry is NaN or infinite."""
+    return (w, u) if bool(np.isfinite(w).all() and np.isfinite(u).all()) else None
+
+
 @dataclass(frozen=True, eq=False)
 class _Known:
     """What does not depend on the precision.

@@ -1,6 +1,5 @@
 """All templates of one frame at once, for one choice of the lambdas or for many."""
 
-import time
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -47,11 +46,9 @@ def solve_many(
     ProblemError, ModalityError
         As `Problem` on X and each column of O.
     """
-    began = time.perf_counter()
     projection = Projection.of(X, O, modalities)
     lambdas = read_lambdas(lambda1, lambda2, lambda3)
     run = Run.of(projection, lambdas, relative_tolerance, absolute_tolerance, start)
-    run.read = time.perf_counter() - began
     run.finish()
     return run.answers()
 

@@ -65,11 +65,6 @@ class References:
         columns.flags.writeable = False
         return cls(tuple(pictures), columns, configuration)
 
-    @property
-    def templates(self) -> dict[str, Float[np.ndarray, " d"]]:
-        """Each name with its column of `O`."""
-        return dict(zip(self.names, self.O.T, strict=True))
-
 
 @dataclass(frozen=True, eq=False)
 class SampleScene:

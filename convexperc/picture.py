@@ -101,7 +101,7 @@ class _Sheet:
         tallest = max(views[name].shape[0] / views[name].shape[1] for name in recognition.views)
         picture = min(TALLEST, tallest * (cell - GUTTER))
         panels = 1.55 + rows * (ABOVE + picture + BELOW)
-        bars = max(len(recognition.templates), len(recognition.ranked_modalities()), 3)
+        bars = max(len(recognition.names), len(recognition.ranked_modalities()), 3)
         height = panels + PANEL + ROW * min(bars, MOST_BARS) + 0.3 * bool(recognition.warnings)
         figure = Figure(figsize=(WIDTH, height), dpi=150, facecolor="white")
         FigureCanvasAgg(figure)

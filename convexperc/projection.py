@@ -3,7 +3,8 @@
 After this pass nothing of size d is needed until an answer's u is asked for.
 """
 
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +14,7 @@ from jaxtyping import Bool, Float, Int
 from convexperc.arrays import Matrix, real_array
 from convexperc.errors import ProblemError
 from convexperc.modalities import Modalities
+from convexperc.problem import Problem
 from convexperc.reduced_bounds import LARGEST, Shared
 from convexperc.reduction import Reduction
 from convexperc.rounding import gamma
@@ -49,6 +51,8 @@ class Projection:
         ||o_j_||^2.
     sound : bool (p,)
         False where a length is 0 or out of the safe range, so that nothing here may be used.
+    seconds : float
+        What the reading took.
     """
 
     X: Matrix
@@ -61,6 +65,7 @@ class Projection:
     C: Float[np.ndarray, "p n"]
     targets: Float[np.ndarray, " p"]
     sound: Bool[np.ndarray, " p"]
+    seconds: float = field(repr=False)
 
     @classmethod
     def of(cls, X: Any, O: Any, modalities: Any = None) -> "Projection":  # noqa: E741 - the paper's symbol
@@ -79,6 +84,7 @@ class Projection:
         ProblemError, ModalityError
             As `Problem` on X and each column of O.
         """
+        began = time.perf_counter()
         views = real_array(X, "X", 2)
         if 0 in views.shape:
             must = "must have at least one row (robot) and one column"
@@ -92,7 +98,8 @@ class Projection:
         exponents = (np.frexp(np.where(sound, squares, 0.5))[1] + 1) // 2
         np.ldexp(C, -(x + exponents)[:, None], out=C)
         np.ldexp(squares, -2 * exponents, out=squares)
-        return cls(views, templates, parts, reduction, shared, x, exponents, C, squares, sound)
+        seconds = time.perf_counter() - began
+        return cls(views, templates, parts, reduction, shared, x, exponents, C, squares, sound, seconds)
 
     @property
     def p(self) -> int:
@@ -102,6 +109,12 @@ class Projection:
     def template(self, j: int) -> Float[np.ndarray, " d"]:
         """o_j as given."""
         return np.asarray(self.O[:, j], dtype=np.float64)
+
+    def problem(self, j: int, lambdas: tuple[float, float, float]) -> Problem:
+        """Template j's problem as given."""
+        one, two, three = lambdas
+        o, parts = self.template(j), self.modalities
+        return Problem(self.X, o, modalities=parts, lambda1=one, lambda2=two, lambda3=three)
 
     @cached_property
     def squares(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:

@@ -67,5 +67,5 @@ def _predict(run: Run, known: Int[np.ndarray, " k"], others: Int[np.ndarray, " r
     predicted = given[others] @ np.linalg.lstsq(given[known], found, rcond=None)[0]
     W, Q = (np.ascontiguousarray(part) for part in (predicted[:, :n], predicted[:, n:]))
     T = np.tile(batch.T[known].mean(axis=0), (others.size, 1))
+    run.solving += time.perf_counter() - began
     run.prove(others, Batch(W, T, Q, np.zeros(others.size, dtype=np.int64)), thorough=False)
-    run.proving += time.perf_counter() - began

@@ -13,7 +13,7 @@ from convexperc.answers import Answers
 from convexperc.arrays import FeatureVector, Vector, euclidean_length, real_array
 from convexperc.certificate import ABSOLUTE, RELATIVE
 from convexperc.critical import zero_is_optimal
-from convexperc.enclosure import enclose
+from convexperc.enclosure import enclose, finite_start
 from convexperc.errors import ProblemError
 from convexperc.projection import Projection
 from convexperc.race import race
@@ -255,9 +255,12 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     -----
     Paper: Algorithm 1, line 9 and its return: the label is the category with the lowest objective.
     """
-    robots, (objects, columns) = _view_names(X, views), _library(X, references, names)
+    if isinstance(references, Mapping):
+        names, references = tuple(references), _columns(X, references)
     lambdas = read_lambdas(lambda1, lambda2, lambda3)
-    projection = Projection.of(X, columns, modalities)
+    projection = Projection.of(X, references, modalities)
+    robots = _names(views, projection.C.shape[1], "robot", "views", "rows of X")
+    objects = _names(names, projection.p, "object", "names", "columns")
     tolerances = relative_tolerance, absolute_tolerance
     run = Run.of(projection, lambdas, *tolerances, None if start is None else start.answers)
     if solver is not None:
@@ -275,24 +278,25 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     return found
 
 
-def _library(X: Any, references: Any, names: Sequence[str] | None) -> tuple[tuple[str, ...], Any]:
-    """The templates' names, all different, and their columns."""
-    if isinstance(references, Mapping):
-        if not references:
-            raise ProblemError("references", value=references, must="must name at least one object")
-        rows = [real_array(o, f"reference {name!r}", 1) for name, o in references.items()]
-        d = np.shape(X)[-1]
-        for name, row in zip(references, rows, strict=True):
-            if row.size != d:
-                must = f"must have one entry for each of the {d} columns of X"
-                raise ProblemError(f"reference {name!r}", value=row.shape, must=must)
-        return tuple(references), np.stack(rows).T
-    O = references if isinstance(references, np.ndarray) else np.asarray(references)  # noqa: E741
-    p = O.shape[-1] if O.ndim else 0
-    found = tuple(f"object {j}" for j in range(1, p + 1)) if names is None else tuple(names)
-    if len(found) != p or len(set(found)) != p:
-        raise ProblemError("names", value=len(found), must=f"must name each of the {p} columns once")
-    return found, O
+def _columns(X: Any, references: Mapping[str, Any]) -> Float[np.ndarray, "d p"]:
+    """Each reference as a column."""
+    if not references:
+        raise ProblemError("references", value=references, must="must name at least one object")
+    d = real_array(X, "X", 2).shape[1]
+    rows = [real_array(o, f"reference {name!r}", 1) for name, o in references.items()]
+    for name, row in zip(references, rows, strict=True):
+        if row.size != d:
+            must = f"must have one entry for each of the {d} columns of X"
+            raise ProblemError(f"reference {name!r}", value=row.shape, must=must)
+    return np.stack(rows).T
+
+
+def _names(given: Sequence[str] | None, count: int, kind: str, field: str, what: str) -> tuple[str, ...]:
+    """Return as many names, all different, or else the default ones."""
+    names = tuple(f"{kind} {i}" for i in range(1, count + 1)) if given is None else tuple(given)
+    if len(names) != count or len(set(names)) != count:
+        raise ProblemError(field, value=names, must=f"must name each of the {count} {what} once")
+    return names
 
 
 def _narrowed(found: Recognition) -> Answers:
@@ -303,21 +307,11 @@ def _narrowed(found: Recognition) -> Answers:
         problem = found.answers.problem(j)
         data = problem.o.tobytes()
         if data not in known:
-            start = np.array(found.answers.w[j]), found.answers.u(j)
+            start = finite_start(found.answers.w[j], found.answers.u(j))
             tight = enclose(problem, relative_tolerance=NARROW, absolute_tolerance=NARROW, start=start)
             known[data] = tight.lower, tight.upper
         lower[j], upper[j] = max(known[data][0], lower[j]), min(known[data][1], upper[j])
     return replace(found.answers, lower=lower, upper=upper)
-
-
-def _view_names(X: Any, views: Sequence[str] | None) -> tuple[str, ...]:
-    """The robots' names, one for each row of X, all different."""
-    shape = np.shape(X)
-    n = shape[0] if shape else 0
-    names = tuple(f"robot {i}" for i in range(1, n + 1)) if views is None else tuple(views)
-    if len(names) != n or len(set(names)) != n:
-        raise ProblemError("views", value=names, must=f"must name each of the {n} rows of X once")
-    return names
 
 
 def decide(answers: Answers, names: tuple[str, ...], views: tuple[str, ...]) -> Recognition:

@@ -2,17 +2,16 @@
 
 import math
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from convexperc.answers import Answers, Stages
+from convexperc.answers import Answers, Stages, within
 from convexperc.arrays import nonnegative_number
 from convexperc.errors import PointError, ProblemError
-from convexperc.problem import Problem
 from convexperc.projection import Projection
 from convexperc.reduced_bounds import Bounds, judge
 from convexperc.solution import Solution
@@ -77,7 +76,6 @@ class Run:
     absolute_tolerance: float
     warm: bool
     singles: dict[int, Solution] = field(default_factory=dict)
-    read: float = 0.0
     solving: float = 0.0
     proving: float = 0.0
     falling_back: float = 0.0
@@ -133,7 +131,6 @@ class Run:
             return
         began, data = time.perf_counter(), self.projection
         n = data.C.shape[1]
-        shared = replace(data.reduction, K=data.shared.K, G=data.shared.G)
         start = Start(self.batch.W[chosen], self.batch.T[chosen]) if self.warm else None
         solver = Newton(tolerance=max(SHARE * self.relative_tolerance, 1e-13))
         clipped = np.minimum(self.normalised[chosen], [np.inf, 4.0, 8.0 * n])
@@ -142,18 +139,16 @@ class Run:
             largest = int(data.exponents.max())
             units = np.ldexp(1.0, 2 * (data.exponents[chosen] - largest))
             contest = Race(units, math.ldexp(ceiling, -2 * largest), MARGIN)
-        found = solver.batch(shared, data.C[chosen], data.targets[chosen], clipped, start, contest)
-        solved = time.perf_counter()
+        found = solver.batch(data.shared, data.C[chosen], data.targets[chosen], clipped, start, contest)
+        self.solving += time.perf_counter() - began
         self.prove(chosen, found)
-        self.solving += solved - began
-        self.proving += time.perf_counter() - solved
 
     def prove(self, chosen: Chosen, found: Batch, *, thorough: bool = True) -> None:
         """Keep what is found for the chosen templates together with its bounds.
 
         Without `thorough`, the first dual point is tried alone.
         """
-        data = self.projection
+        began, data = time.perf_counter(), self.projection
         bounds = Bounds.unknown(chosen.size, data.C.shape[1], len(data.modalities))
         judge(
             data.shared, data.C[chosen], data.targets[chosen], self.normalised[chosen],
@@ -164,6 +159,7 @@ class Run:
         for name in ("W", "T", "Q", "iterations"):
             getattr(self.batch, name)[chosen] = getattr(found, name)
         self._changed()
+        self.proving += time.perf_counter() - began
 
     def finish(self) -> None:
         """Solve every template to the end."""
@@ -175,16 +171,10 @@ class Run:
         if chosen.size == 0:
             return
         began, data = time.perf_counter(), self.projection
-        one, two, three = self.lambdas
-        first = None
+        first = data.problem(int(chosen[0]), self.lambdas)
         for j in chosen.tolist():
-            o = data.template(j)
-            if first is None:
-                first = Problem(
-                    data.X, o, modalities=data.modalities, lambda1=one, lambda2=two, lambda3=three
-                )
             self.singles[j] = solve(
-                first.for_template(o),
+                first.for_template(data.template(j)),
                 solver,
                 escalate=escalate,
                 relative_tolerance=self.relative_tolerance,
@@ -210,7 +200,7 @@ class Run:
             lower[~self.ready], upper[~self.ready], gap[~self.ready] = 0.0, np.inf, np.inf
         least, most = self.projection.squares
         upper = np.minimum(upper, most)
-        certified = (gap <= self.relative_tolerance * lower) | (gap <= self.absolute_tolerance * least)
+        certified = within(gap, lower, least, (self.relative_tolerance, self.absolute_tolerance))
         for j, solution in self.singles.items():
             proof = solution.certificate
             lower[j], upper[j], gap[j] = proof.lower, proof.upper, proof.gap
@@ -235,5 +225,5 @@ class Run:
         return Answers(
             data, self.lambdas, w, norms, lower, upper, gap, views, modalities, self.batch,
             self.singles, self.relative_tolerance, self.absolute_tolerance,
-            Stages(self.read, self.solving, self.proving, self.falling_back),
+            Stages(data.seconds, self.solving, self.proving, self.falling_back),
         )  # fmt: skip

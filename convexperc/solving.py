@@ -7,7 +7,7 @@ import numpy as np
 
 from convexperc.arrays import FeatureVector, Vector
 from convexperc.certificate import ABSOLUTE, RELATIVE, Certificate, Judge
-from convexperc.enclosure import certify_in_balls, enclose
+from convexperc.enclosure import certify_in_balls, enclose, finite_start
 from convexperc.errors import SolverError
 from convexperc.objective import residuals
 from convexperc.problem import Problem
@@ -140,11 +140,10 @@ def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVecto
 
 def _escalate(problem: Problem, answer: _Answer) -> _Answer:
     """The better of two points, judged by ball arithmetic: the enclosure's own, and the answer's."""
-    point = answer.w, answer.u
-    finite = all(bool(np.isfinite(part).all()) for part in point)
-    found, before = enclose(problem, start=point if finite else None), answer.certificate
+    point = finite_start(answer.w, answer.u)
+    found, before = enclose(problem, start=point), answer.certificate
     own = _Answer(found.w, found.u, certify_in_balls(problem, found, before))
-    if not finite:
+    if point is None:
         return own
     kept = _Answer(*point, certify_in_balls(problem, found, before, point))
     return own if own.better_than(kept) else kept

@@ -107,7 +107,7 @@ def picture_times(
             seconds, X = _timed(partial(extract, views.values(), configuration), clock)
             extractions.append(seconds)
             sizes = configuration.modality_sizes
-            label = partial(recognize, X, references.templates, modalities=sizes, **weights)
+            label = partial(recognize, X, references.O, names=references.names, modalities=sizes, **weights)
             recognitions.append(_timed(label, clock)[0])
     return PictureTimes(preparation, tuple(frames), tuple(extractions), tuple(recognitions), proved)
 

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from convexperc.arrays import Matrix, Vector
 from convexperc.problem import Problem
+from convexperc.reduced_bounds import Shared
 from convexperc.reduction import Reduction
 from convexperc.solution import Candidate
 from convexperc.solvers.newton_kernel import Race, Rules, solve_batch
@@ -88,7 +89,7 @@ class Newton:
 
     def batch(
         self,
-        reduction: Reduction,
+        reduction: Reduction | Shared,
         C: Float[np.ndarray, "p n"],
         targets: Float[np.ndarray, " p"],
         lambdas: Float[np.ndarray, "p 3"],
@@ -99,7 +100,8 @@ class Newton:
 
         Parameters
         ----------
-        reduction : Reduction
+        reduction : Reduction or Shared
+            Its G and K.
         C : float64 (p, n)
             Row j is X o_j.
         targets : float64 (p,)
