@@ -3,7 +3,7 @@
 A proof holds the problem, the claim lower <= F* <= upper, and two witnesses in exact numbers: a primal point
 (w, u) with F(w, u) <= upper, and a dual point (a, b) that is feasible exactly, with D(a, b) >= lower. Every
 number is a C99 hex float; those of the witnesses may have more digits than float64 holds.
-`verification.check` reads it, with integers alone and none of this code.
+`verification.proof_checker` reads it, with integers alone and none of this code.
 """
 
 import hashlib

@@ -8,8 +8,16 @@ import numpy as np
 import pytest
 
 from convexperc.certificate import certify
-from verification.bench import GAP, Outcome, Sample, isolated, measure, proved_bounds
-from verification.bench_report import (
+from verification.bench.floor import Growth, frame_times
+from verification.bench.growth_plot import growth_plot
+from verification.bench.instances import LAMBDAS, SHAPES, TINY, Instance
+from verification.bench.peers import ABSENT, OURS, PEERS, Peer
+from verification.bench.picture_frames import PictureTimes
+from verification.bench.posed import Ours, Posed
+from verification.bench.proof_times import proof_times
+from verification.bench.reduced_gap import value_and_gap
+from verification.bench.run import GAP, Outcome, Sample, isolated, measure, proved_bounds
+from verification.bench.screen import (
     as_json,
     frames_table,
     growth_table,
@@ -18,14 +26,6 @@ from verification.bench_report import (
     pictures_table,
     proofs_table,
 )
-from verification.floor import Growth, frame_times
-from verification.growth_plot import growth_plot
-from verification.instances import LAMBDAS, SHAPES, TINY, Instance
-from verification.peers import ABSENT, OURS, PEERS, Peer
-from verification.picture_frames import PictureTimes
-from verification.posed import Ours, Posed
-from verification.proof_times import proof_times
-from verification.reduced_gap import value_and_gap
 
 INSTANCE = Instance.of(TINY)
 SLOW = ("skglm, reduced", "cvxpy+clarabel, cold")  # compile for seconds; dpp poses the same model

@@ -20,8 +20,8 @@ from convexperc.scaling import Scaling
 from convexperc.solution import Candidate, Status
 from convexperc.solvers.conic import Conic
 from convexperc.solving import solve
+from verification.bench.instances import LAMBDAS, Instance, Shape
 from verification.families import seeded
-from verification.instances import LAMBDAS, Instance, Shape
 from verification.referee import optimum
 
 CLOSED_FORMS = {

@@ -9,7 +9,7 @@ from convexperc.solvers.lapack import cholesky_extend, cholesky_inverse, cholesk
 from convexperc.solvers.newton import NO_RACE, Newton
 from convexperc.solvers.newton_kernel import Rules, solve_batch
 from convexperc.solvers.quadratic import minimise, new_model
-from verification.instances import LAMBDAS, SHAPES, Instance
+from verification.bench.instances import LAMBDAS, SHAPES, Instance
 
 
 def positive(n: int, seed: int = 0) -> np.ndarray:

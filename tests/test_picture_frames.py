@@ -8,8 +8,8 @@ import pytest
 
 from convexperc.features import FeatureConfiguration
 from convexperc.perception import References
-from verification import picture_frames
-from verification.picture_frames import (
+from verification.bench import picture_frames
+from verification.bench.picture_frames import (
     LABEL,
     SIZE,
     PictureTimes,

@@ -19,9 +19,9 @@ from convexperc.records import problem_record, write_json
 from convexperc.solution import Candidate, Status
 from convexperc.solvers.conic import Conic
 from convexperc.solving import solve
-from verification.check import check
 from verification.families import FAMILIES, seeded
 from verification.oracles import dual_objective, is_dual_feasible, objective
+from verification.proof_checker import check
 
 SUBNORMAL = Fraction(5e-324)
 """Rounding outward costs so much where F* is below the normal floats."""

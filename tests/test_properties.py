@@ -23,7 +23,7 @@ from convexperc.solvers.paper import (
     run,
 )
 from convexperc.solving import solve
-from verification.cases import cases
+from verification.campaign.cases import cases
 from verification.descent import has_reached, table
 from verification.families import EXTREME, FAMILIES, seeded
 from verification.referee import optimum, violations

@@ -16,8 +16,8 @@ from convexperc.problem import Problem
 from convexperc.solution import Solution, Timings
 from convexperc.solving import solve
 from convexperc.weights import Intervals, WeightIntervals, weight_intervals
+from verification.bench.instances import LAMBDAS, Instance, Shape
 from verification.families import seeded
-from verification.instances import LAMBDAS, Instance, Shape
 
 
 def given(problem: Problem, w, u, dual=None) -> Solution:

@@ -57,9 +57,9 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     jobs: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
 ) -> None:
     """Solve, certify and referee problems; exit code 1 if one is not certified or a proof is false."""
-    from verification.campaign import run  # noqa: PLC0415 - keeps --help quick
-    from verification.campaign_file import Settings, load  # noqa: PLC0415 - keeps --help quick
-    from verification.campaign_report import Watch, details, families_table, raw_table  # noqa: PLC0415
+    from verification.campaign.file import Settings, load  # noqa: PLC0415 - keeps --help quick
+    from verification.campaign.run import run  # noqa: PLC0415 - keeps --help quick
+    from verification.campaign.screen import Watch, details, families_table, raw_table  # noqa: PLC0415
 
     command = ["convexperc-verification", *sys.argv[1:]]
     settings = Settings(random, degenerate, extreme, seed, solver, escalate, referee, raw)
@@ -97,7 +97,7 @@ def readings(
     json_file: File = None,
 ) -> None:
     """Count for each reading of Algorithm 1: monotone on F, on its own objective, reaches the optimum."""
-    from verification.cases import cases  # noqa: PLC0415 - keeps --help quick
+    from verification.campaign.cases import cases  # noqa: PLC0415 - keeps --help quick
     from verification.descent import table  # noqa: PLC0415 - keeps --help quick
 
     chosen = cases(count, count, seed)
@@ -123,7 +123,7 @@ def check(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Proof of `convexperc solve --proof`.")],
 ) -> None:
     """Check a proof file by exact arithmetic; exit code 0 if it proves its claim, 1 if it is rejected."""
-    from verification.check import check as checked  # noqa: PLC0415 - keeps --help quick
+    from verification.proof_checker import check as checked  # noqa: PLC0415 - keeps --help quick
 
     try:
         verdict = checked(file)
@@ -155,13 +155,13 @@ def bench(
     """Time the library beside other solvers, all held to the same gap by the same judge."""
     from convexperc.picture import picture_kind  # noqa: PLC0415 - keeps --help quick
     from convexperc.records import write_whole  # noqa: PLC0415
-    from verification import bench_report as report  # noqa: PLC0415
-    from verification.bench import one_thread, run  # noqa: PLC0415
-    from verification.floor import growth as grow  # noqa: PLC0415
-    from verification.growth_plot import growth_plot  # noqa: PLC0415
-    from verification.instances import SHAPES, Instance  # noqa: PLC0415
-    from verification.picture_frames import picture_times  # noqa: PLC0415
-    from verification.proof_times import proof_times  # noqa: PLC0415
+    from verification.bench import screen as report  # noqa: PLC0415
+    from verification.bench.floor import growth as grow  # noqa: PLC0415
+    from verification.bench.growth_plot import growth_plot  # noqa: PLC0415
+    from verification.bench.instances import SHAPES, Instance  # noqa: PLC0415
+    from verification.bench.picture_frames import picture_times  # noqa: PLC0415
+    from verification.bench.proof_times import proof_times  # noqa: PLC0415
+    from verification.bench.run import one_thread, run  # noqa: PLC0415
 
     if plot is not None and not growth:
         raise typer.BadParameter("--plot needs --growth")

@@ -15,7 +15,7 @@ from convexperc.solution import Status
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.paper import READINGS, Order, PaperTrace, Reading, Stop, run
 from convexperc.solving import solve
-from verification.cases import Case
+from verification.campaign.cases import Case
 from verification.families import seeded
 
 LARGEST = (6, 24)

@@ -15,9 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from verification import check as checker
+from verification import proof_checker as checker
 from verification.__main__ import app
-from verification.check import Verdict, check
+from verification.proof_checker import Verdict, check
 
 RUNNER = CliRunner(env={"COLUMNS": "80", "TERM": "dumb", "NO_COLOR": "1"})
 TINY = "-0x1p-2000"

@@ -1,7 +1,7 @@
 """A campaign on file: what was asked, and what its first chunks found. A broken run goes on from here.
 
 Schema: ``command`` (word by word), ``settings`` (the fields of `Settings`), ``chunks`` and ``done``, and the
-fields of `verification.report`.
+fields of `verification.campaign.tallies`.
 """
 
 import json
@@ -11,8 +11,8 @@ from typing import Any
 
 from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton import Newton
-from verification.campaign import CHUNK, Rules, State
-from verification.cases import Plan
+from verification.campaign.cases import Plan
+from verification.campaign.run import CHUNK, Rules, State
 
 
 @dataclass(frozen=True)

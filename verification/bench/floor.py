@@ -11,7 +11,7 @@ import numpy as np
 from convexperc.recognition import Recognition, Verdict, recognize
 from convexperc.reduction import Reduction
 from convexperc.solvers.newton import Newton
-from verification.instances import LAMBDAS, Instance, Lambdas, Shape
+from verification.bench.instances import LAMBDAS, Instance, Lambdas, Shape
 
 TOLERANCE = 9e-10
 """Relative gap asked of every template."""

@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from typing import Any
 
-from verification.cases import Case
+from verification.campaign.cases import Case
 from verification.raw import Raw
 
 

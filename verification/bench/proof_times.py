@@ -9,8 +9,8 @@ import numpy as np
 from convexperc.certificate import certify
 from convexperc.enclosure import enclose
 from convexperc.many import solve_many
-from verification.floor import timed
-from verification.instances import LAMBDAS, Instance, Lambdas
+from verification.bench.floor import timed
+from verification.bench.instances import LAMBDAS, Instance, Lambdas
 
 BITS = 128
 """Precision of the ball arithmetic that is timed."""

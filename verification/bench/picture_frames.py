@@ -19,7 +19,7 @@ from convexperc.features.extraction import extract
 from convexperc.images import resize
 from convexperc.perception import Named, References, perceive, sample_scene
 from convexperc.recognition import Verdict, recognize
-from verification.instances import LAMBDAS, Lambdas
+from verification.bench.instances import LAMBDAS, Lambdas
 
 SIZE = (240, 320)
 """Height and width of every picture."""

@@ -11,13 +11,13 @@ from typing import Any
 
 from rich.table import Table
 
-from verification.bench import GAP, Outcome, one_thread
-from verification.floor import FrameTimes, Growth
-from verification.instances import LAMBDAS, Shape
-from verification.peers import ABSENT, OURS
-from verification.picture_frames import PictureTimes
-from verification.proof_times import ProofTimes
-from verification.reduced_gap import LARGE
+from verification.bench.floor import FrameTimes, Growth
+from verification.bench.instances import LAMBDAS, Shape
+from verification.bench.peers import ABSENT, OURS
+from verification.bench.picture_frames import PictureTimes
+from verification.bench.proof_times import ProofTimes
+from verification.bench.reduced_gap import LARGE
+from verification.bench.run import GAP, Outcome, one_thread
 
 PACKAGES = ("numpy", "scipy", "numba", "cvxpy", "clarabel", "qoco", "scs", "skglm", "celer")
 

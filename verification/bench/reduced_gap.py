@@ -3,7 +3,7 @@
 import numpy as np
 
 from convexperc.arrays import Vector
-from verification.instances import Instance, Lambdas
+from verification.bench.instances import Instance, Lambdas
 
 LARGE = 1e7
 """n d beyond which the gap is taken from the reduced data, rounding not included."""

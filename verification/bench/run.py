@@ -24,11 +24,11 @@ from typing import Any
 
 from convexperc.certificate import certify
 from convexperc.errors import SolverError
-from verification.floor import FrameTimes, frame_times
-from verification.instances import LAMBDAS, TINY, Instance, Lambdas, Shape
-from verification.peers import PEERS, Peer
-from verification.posed import Ours, Posed
-from verification.reduced_gap import LARGE, value_and_gap
+from verification.bench.floor import FrameTimes, frame_times
+from verification.bench.instances import LAMBDAS, TINY, Instance, Lambdas, Shape
+from verification.bench.peers import PEERS, Peer
+from verification.bench.posed import Ours, Posed
+from verification.bench.reduced_gap import LARGE, value_and_gap
 
 GAP = 1e-9
 """Relative gap that every peer is held to."""

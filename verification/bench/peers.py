@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from convexperc.arrays import Vector
-from verification.cones import Clarabel, Qoco, Scs
-from verification.lassos import Celer, Skglm
-from verification.posed import Ours, OursAlone, Posed
+from verification.bench.cones import Clarabel, Qoco, Scs
+from verification.bench.lassos import Celer, Skglm
+from verification.bench.posed import Ours, OursAlone, Posed
 
 IDLE = 10**9
 """A limit of iterations that is never met: the clock and the tolerance stop a solver, nothing else."""

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from verification.floor import BASE, Growth
+from verification.bench.floor import BASE, Growth
 
 INK, QUIET = "#1d2733", "#6b7683"
 SERIES = (("floor", "#6b7683", "o", "Gram and X O"), ("solve", "#0b6fb8", "s", "all templates solved"))

@@ -9,7 +9,7 @@ import numpy as np
 
 from convexperc.arrays import Vector
 from convexperc.solvers.newton import Batch, Newton
-from verification.instances import Instance, Lambdas
+from verification.bench.instances import Instance, Lambdas
 
 Answer = tuple[float, Any]
 """Seconds, and what the solver returned."""

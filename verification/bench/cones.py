@@ -15,8 +15,8 @@ from jaxtyping import Float
 from scipy import sparse
 
 from convexperc.arrays import Vector
-from verification.instances import Lambdas, Reduced
-from verification.posed import Posed
+from verification.bench.instances import Lambdas, Reduced
+from verification.bench.posed import Posed
 
 
 @dataclass(frozen=True, eq=False)

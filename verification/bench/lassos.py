@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from convexperc.arrays import Vector
-from verification.posed import Posed
+from verification.bench.posed import Posed
 
 
 class GroupLasso(Posed):

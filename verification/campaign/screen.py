@@ -10,10 +10,10 @@ from typing import TypeVar
 from rich.box import SIMPLE_HEAD
 from rich.table import Table as Grid
 
-from verification.campaign import State
-from verification.campaign_file import Settings, save
+from verification.campaign.file import Settings, save
+from verification.campaign.run import State
+from verification.campaign.tallies import Failure, RawTally, Report, Tally
 from verification.families import FAMILIES
-from verification.report import Failure, RawTally, Report, Tally
 
 T = TypeVar("T")
 

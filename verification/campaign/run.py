@@ -21,12 +21,12 @@ from convexperc.solution import Solution, Status
 from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton import Newton
 from convexperc.solving import solve
-from verification.cases import Case
+from verification.campaign.cases import Case
+from verification.campaign.tallies import Contradiction, Failure, Reason, Report
 from verification.families import EXTREME
 from verification.oracles import objective
 from verification.raw import raw
 from verification.referee import Optimum, optimum, violations
-from verification.report import Contradiction, Failure, Reason, Report
 
 CHUNK = 100
 """Cases that a worker takes at a time."""

@@ -1,0 +1,1 @@
+"""Timings of the library beside other solvers, all held to one gap by one judge."""

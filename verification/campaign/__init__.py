@@ -1,0 +1,1 @@
+"""Solvers on many problems: how many answers are certified, and is any proof false."""
