@@ -27,6 +27,11 @@ ENTRIES = st.integers(-6, 6).map(lambda k: k / 2)
 """Entries of X and o: halves, so that sums of products are exact in float64."""
 
 
+NARROW = 64
+"""Wider ranges are drawn in two digits: Hypothesis mixes in numbers of 100 or more that it reads in the source of
+whatever modules are loaded, and a campaign must not depend on these."""
+
+
 @dataclass(frozen=True)
 class Drawn:
     """Numbers from Hypothesis.
@@ -43,7 +48,11 @@ class Drawn:
 
     def integer(self, low: int, high: int) -> int:
         """Draw an integer that shrinks towards `low`, or towards 0 if it may be negative."""
-        return self.draw(st.integers(low, high))
+        if high - low < NARROW:
+            return self.draw(st.integers(low, high))
+        size = NARROW * self.draw(st.integers(0, max(high, -low) // NARROW)) + self.draw(st.integers(0, NARROW - 1))
+        negative = low < 0 and (high < 0 or self.draw(st.booleans()))
+        return max(low, min(high, -size if negative else size))
 
     def choice(self, options: Sequence[T]) -> T:
         """Draw one that shrinks towards the first."""

@@ -59,6 +59,8 @@ class Check:
         Largest n and d.
     share : float
         Problems a family, as a share of the profile's number.
+    hunt : bool
+        Whether a failure is shrunk: not where one problem takes long.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Check:
     families: tuple[str, ...] = tuple(FAMILIES)
     largest: tuple[int, int] = (4, 8)
     share: float = 1.0
+    hunt: bool = True
 
 
 @dataclass

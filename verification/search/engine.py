@@ -1,0 +1,153 @@
+"""All shards of a run, by as many workers as wanted, joined in one order whatever order they end in.
+
+The workers are joblib's: under ``joblib.parallel_config(backend="dask")`` they are those of a Dask cluster.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby
+
+from joblib import Parallel, delayed
+
+from verification.checks.interface import Check
+from verification.search.journal import Journal
+from verification.search.profiles import Profile
+from verification.search.shards import Case, Found, Shard, Tally, explore
+
+HUNTED = 300
+"""Most problems that a hunt draws before it gives up; it starts where a failure was seen."""
+
+
+@dataclass
+class Result:
+    """What a run found.
+
+    Attributes
+    ----------
+    tallies : dict of (part, family) to Tally
+    problems : dict of (check, family) to int
+        Problems looked at.
+    broken : list of str
+        Exceptions of checks.
+    unreached : list of str
+        Checks and families without a single problem.
+    """
+
+    tallies: dict[tuple[str, str], Tally] = field(default_factory=dict)
+    problems: dict[tuple[str, str], int] = field(default_factory=dict)
+    broken: list[str] = field(default_factory=list)
+    unreached: list[str] = field(default_factory=list)
+
+    @property
+    def total(self) -> int:
+        """Problems looked at."""
+        return sum(self.problems.values())
+
+    def smallest(self) -> dict[str, tuple[str, Case]]:
+        """For each part with a failure: the family and the smallest failing case."""
+        best: dict[str, tuple[str, Case]] = {}
+        for (part, family), tally in sorted(self.tallies.items(), key=lambda item: item[0]):
+            case = tally.smallest
+            if case is not None and (part not in best or case.order < best[part][1].order):
+                best[part] = family, case
+        return best
+
+
+def plan(checks: Iterable[Check], profile: Profile) -> list[Shard]:
+    """The shards that count, interleaved so that an early end has seen some of everything."""
+    shards = []
+    for check in checks:
+        budget = profile.budget(check)
+        for family in check.families:
+            sizes = [profile.shard] * (budget // profile.shard) + [budget % profile.shard]
+            shards += [Shard(check.name, family, k, size) for k, size in enumerate(sizes) if size]
+    return sorted(shards, key=lambda shard: shard.index)
+
+
+def search(
+    checks: Sequence[Check],
+    profile: Profile,
+    seed: int,
+    *,
+    jobs: int = 1,
+    journal: Journal | None = None,
+    progress: Callable[[Found], None] = lambda found: None,
+) -> Result:
+    """Count every check on every family, then shrink the failures.
+
+    Parameters
+    ----------
+    checks : sequence of Check
+        With different names.
+    profile : Profile
+    seed : int
+        Two runs of one seed find the same, however many workers there are and wherever a run was broken.
+    jobs : int
+        Worker processes.
+    journal : Journal, optional
+        Keeps finished shards; those it has already are not done again.
+    progress : callable
+        Called with each finished shard, those of the journal first.
+
+    Returns
+    -------
+    Result
+    """
+    named = {check.name: check for check in checks}
+    counted = _run(plan(checks, profile), named, seed, jobs, journal, progress)
+    hunted = _run(_hunts(_joined(counted, checks), named, profile), named, seed, jobs, journal, progress)
+    result = _joined(counted, checks)
+    for found in hunted:
+        part, family = found.key.split("|")[4], found.key.split("|")[1]
+        smallest = found.tallies.get(part, Tally()).smallest
+        result.tallies[part, family].add(Tally(smallest=smallest))
+        result.broken += found.broken
+    return result
+
+
+def _run(
+    shards: Sequence[Shard],
+    named: Mapping[str, Check],
+    seed: int,
+    jobs: int,
+    journal: Journal | None,
+    progress: Callable[[Found], None],
+) -> list[Found]:
+    """What every shard found, in the order of the plan."""
+    found = {} if journal is None else {s.key: journal.found[s.key] for s in shards if s.key in journal.found}
+    for each in found.values():
+        progress(each)
+    rest = [shard for shard in shards if shard.key not in found]
+    workers = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
+    for each in workers(delayed(explore)(shard, named[shard.check], seed) for shard in rest):
+        found[each.key] = each
+        if journal is not None:
+            journal.add(each)
+        progress(each)
+    return [found[shard.key] for shard in shards]
+
+
+def _joined(found: Iterable[Found], checks: Sequence[Check]) -> Result:
+    result = Result()
+    for each in found:
+        check, family = each.key.split("|")[:2]
+        result.problems[check, family] = result.problems.get((check, family), 0) + each.problems
+        result.broken += each.broken
+        for part, tally in each.tallies.items():
+            result.tallies.setdefault((part, family), Tally()).add(tally)
+    for check_, families in groupby(
+        sorted((check.name, family) for check in checks for family in check.families), lambda pair: pair[0]
+    ):
+        missing = [family for _, family in families if not result.problems.get((check_, family))]
+        result.unreached += [f"{check_} was not tried on {family}" for family in missing]
+    return result
+
+
+def _hunts(result: Result, named: Mapping[str, Check], profile: Profile) -> list[Shard]:
+    """One hunt for each part that failed and is to be shrunk, in the family of its smallest failure."""
+    hunts = []
+    for part, (family, _) in result.smallest().items():
+        owner = next(check for check in named.values() if part in check.parts)
+        if profile.hunted(part) and owner.hunt:
+            hunts.append(Shard(owner.name, family, 0, HUNTED, part))
+    return hunts
