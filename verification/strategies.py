@@ -50,7 +50,9 @@ class Drawn:
         """Draw an integer that shrinks towards `low`, or towards 0 if it may be negative."""
         if high - low < NARROW:
             return self.draw(st.integers(low, high))
-        size = NARROW * self.draw(st.integers(0, max(high, -low) // NARROW)) + self.draw(st.integers(0, NARROW - 1))
+        size = NARROW * self.draw(st.integers(0, max(high, -low) // NARROW)) + self.draw(
+            st.integers(0, NARROW - 1)
+        )
         negative = low < 0 and (high < 0 or self.draw(st.booleans()))
         return max(low, min(high, -size if negative else size))
 

@@ -95,8 +95,8 @@ def search(
     """
     named = {check.name: check for check in checks}
     counted = _run(plan(checks, profile), named, seed, jobs, journal, progress)
-    hunted = _run(_hunts(_joined(counted, checks), named, profile), named, seed, jobs, journal, progress)
     result = _joined(counted, checks)
+    hunted = _run(_hunts(result, named, profile), named, seed, jobs, journal, progress)
     for found in hunted:
         part, family = found.key.split("|")[4], found.key.split("|")[1]
         smallest = found.tallies.get(part, Tally()).smallest

@@ -87,7 +87,7 @@ class Case:
 
 @dataclass
 class Tally:
-    """Counts of one part, the measures by decade, and the smallest failing case."""
+    """Counts of one part, its measures by decade, the largest finite one, and the smallest failing case."""
 
     outcomes: dict[str, int] = field(default_factory=lambda: {outcome.value: 0 for outcome in Outcome})
     worst: float = 0.0
@@ -200,7 +200,7 @@ def _count(found: Found, each: Observation, problem: Problem, drawn: list[Any]) 
     if each.outcome in (Outcome.HELD, Outcome.FAILED):
         decade = _decade(each.measure)
         tally.decades[decade] = tally.decades.get(decade, 0) + 1
-        tally.worst = max(tally.worst, each.measure)
+        tally.worst = max(tally.worst, each.measure if math.isfinite(each.measure) else 0.0)
     if each.outcome is Outcome.FAILED:
         case = Case(size_of(problem), plain(problem), list(drawn), each.measure, each.detail)
         if tally.smallest is None or case.order < tally.smallest.order:

@@ -1,0 +1,197 @@
+"""Claims T1a, T1b and T1c on one run: does F ever rise, where does the run end, how far does F fall a step."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from convexperc.certificate import Certificate
+from convexperc.errors import SolverError
+from convexperc.problem import Problem
+from convexperc.solution import Status
+from convexperc.solvers.paper import PaperTrace, Stop, run
+from convexperc.solving import solve
+from verification.checks.interface import Check, Observation
+from verification.claims import ORDERS, READINGS
+from verification.evidence import Outcome
+from verification.exact_loop import rise_confirmed
+from verification.oracles import objective
+from verification.sources import Source
+
+ITERATIONS = 150
+"""Most iterations of a run; runs that need more are undecided for T1b."""
+
+ROUNDING = 1e-12
+"""Of max(F(start), ||o||^2): the rounding of F, as the ledger says."""
+
+REACHED = 1e-6
+"""Of F*: what the loop's own test of 1e-10 on the steps leaves where it converges slowly."""
+
+REACHED_FLOOR = 1e-12
+"""Of ||o||^2, for problems with F* = 0."""
+
+
+@dataclass(frozen=True)
+class Descent:
+    """One reading in one order, from the paper's start."""
+
+    reading: str
+    order: str
+
+    def __call__(self, problem: Problem, source: Source) -> Iterator[Observation]:
+        """Run the loop once and look at it."""
+        trace = run(
+            problem, reading=self.reading, order=self.order, max_iterations=ITERATIONS, keep_iterates=True
+        )
+        proof = _certificate(problem)
+        yield self._descends(problem, trace)
+        yield self._reaches(problem, trace, proof)
+        if self.reading == "corrected":
+            yield self._falls(problem, trace)
+            if self.order == "gauss_seidel":
+                yield _limit(problem, trace, proof)
+        if self.reading == "absolute":
+            yield _own("T1c/absolute", trace)
+        if self.reading == "smoothed":
+            yield _own("T1c/smoothed_descent", trace)
+            yield _distance(problem, trace, proof)
+
+    def _descends(self, problem: Problem, trace: PaperTrace) -> Observation:
+        """T1a: a rise counts once it is confirmed exactly from the iterate before it."""
+        part = f"T1a/{self.reading}/{self.order}"
+        rises = trace.rises(ROUNDING)
+        largest = _largest_rise(trace.F, trace.scale)
+        for at in rises:
+            rise = rise_confirmed(
+                problem, trace.reading, self.order, trace.path_w[at - 1], trace.path_u[at - 1]
+            )
+            if rise.confirmed:
+                detail = f"iteration {at}: F {trace.F[at - 1]:.17g} -> {trace.F[at]:.17g}"
+                return Observation(part, Outcome.FAILED, largest, detail)
+        if rises.size:
+            return Observation(part, Outcome.UNDECIDED, largest, "every rise is rounding: none is exact")
+        return Observation(part, Outcome.HELD, 0.0)
+
+    def _reaches(self, problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Observation:
+        """T1b: where a run that ended by itself has ended."""
+        part = f"T1b/{self.reading}/{self.order}"
+        if proof is None:
+            return Observation(part, Outcome.UNDECIDED, detail="F* is not certified")
+        if trace.stop in {Stop.SINGULAR, Stop.DIVERGED}:
+            detail = f"{trace.stop.value} after {trace.iterations} iterations"
+            return Observation(part, Outcome.FAILED, np.inf, detail)
+        share, reached = _distance_to_optimum(problem, trace, proof)
+        if reached:
+            return Observation(part, Outcome.HELD, share)
+        detail = f"{trace.stop.value}: F {trace.F[-1]:.17g}, F* <= {proof.upper:.17g}"
+        settled = trace.stop in {Stop.CONVERGED, Stop.LOCKED_AT_ZERO}
+        return Observation(part, Outcome.FAILED if settled else Outcome.UNDECIDED, share, detail)
+
+    def _falls(self, problem: Problem, trace: PaperTrace) -> Observation:
+        """T1c: F falls by at least the weighted squares of the steps."""
+        part = f"T1c/descent/{self.order}"
+        worst, where = 0.0, 0
+        for at in range(1, trace.iterations + 1):
+            promised = promised_fall(problem, self.order, trace, at)
+            short = (promised - (trace.F[at - 1] - trace.F[at])) / trace.scale if trace.scale > 0.0 else 0.0
+            if short > worst:
+                worst, where = float(short), at
+        if worst <= ROUNDING:
+            return Observation(part, Outcome.HELD, worst)
+        before = trace.path_w[where - 1], trace.path_u[where - 1]
+        exact = rise_confirmed(problem, trace.reading, self.order, *before)
+        after = objective(problem, trace.path_w[where], trace.path_u[where])
+        rounded = abs(float(after.lower - exact.after.upper)) > ROUNDING * trace.scale
+        detail = f"iteration {where}: F falls by {worst:.3g} of its scale less than the steps promise"
+        return Observation(part, Outcome.UNDECIDED if rounded else Outcome.FAILED, worst, detail)
+
+
+def promised_fall(problem: Problem, order: str, trace: PaperTrace, at: int) -> float:
+    """Sum of the weighted squares by which F must fall in iteration `at` of the corrected update.
+
+    ||X'dw||^2 + lambda1 c + lambda2/2 sum dw_j^2/|w_j| + lambda3/2 sum ||du^i||^2/||u^i||, c = ||dw||^2 + ||Xdu||^2
+    in Gauss-Seidel order and ||dw + Xdu||^2 in Jacobi order; w and u are those before the iteration.
+    """
+    w, u = trace.path_w[at - 1], trace.path_u[at - 1]
+    dw, du = trace.path_w[at] - w, trace.path_u[at] - u
+    with np.errstate(all="ignore"):
+        Xdu = problem.X @ du
+        coupling = dw @ dw + Xdu @ Xdu if order == "gauss_seidel" else float(((dw + Xdu) ** 2).sum())
+        views = np.where(w != 0.0, dw**2 / np.abs(w), 0.0).sum()
+        norms = [(np.linalg.norm(du[c]) ** 2, np.linalg.norm(u[c])) for c in problem.modalities]
+        groups = sum(square / norm for square, norm in norms if norm > 0.0)
+        total = ((problem.X.T @ dw) ** 2).sum() + problem.lambda1 * coupling
+        total += 0.5 * (problem.lambda2 * views + problem.lambda3 * groups)
+    return float(total) if np.isfinite(total) else 0.0
+
+
+def _certificate(problem: Problem) -> Certificate | None:
+    try:
+        solution = solve(problem)
+    except SolverError:
+        return None
+    return None if solution.status is Status.NOT_CERTIFIED else solution.certificate
+
+
+def _distance_to_optimum(problem: Problem, trace: PaperTrace, proof: Certificate) -> tuple[float, bool]:
+    """(F(last) - F*) / F* from above, and whether it counts as reached."""
+    gap = float(trace.F[-1]) - proof.lower
+    allowed = REACHED * proof.lower + REACHED_FLOOR * float(problem.o @ problem.o)
+    share = max(0.0, float(trace.F[-1]) - proof.upper) / proof.upper if proof.upper > 0.0 else 0.0
+    return share, gap <= allowed
+
+
+def _limit(problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Observation:
+    """T1c/limit: converged without an exact zero and with positive lambdas means optimal."""
+    part = "T1c/limit"
+    zeros = not all(problem.lambdas) or not trace.path_w.all()
+    zeros = zeros or any((np.linalg.norm(u[c]) == 0.0) for u in trace.path_u for c in problem.modalities)
+    if zeros:
+        return Observation(part, Outcome.SKIPPED, detail="a lambda, an entry of w or a block of u is 0")
+    if proof is None or trace.stop is not Stop.CONVERGED:
+        return Observation(part, Outcome.UNDECIDED, detail=trace.stop.value)
+    share, reached = _distance_to_optimum(problem, trace, proof)
+    detail = f"F {trace.F[-1]:.17g}, F* <= {proof.upper:.17g}"
+    return Observation.of(part, reached, share, detail)
+
+
+def _largest_rise(values: np.ndarray, scale: float) -> float:
+    """Largest rise as a share of the scale; 0 where nothing rises."""
+    with np.errstate(all="ignore"):
+        rises = np.diff(values) / scale
+    return float(np.max(rises[np.isfinite(rises)], initial=0.0))
+
+
+def _own(part: str, trace: PaperTrace) -> Observation:
+    """The reading's own objective never rises."""
+    rises = trace.own_rises(ROUNDING)
+    return Observation.of(
+        part, not rises.size, _largest_rise(trace.own, trace.scale), f"rises at {rises[:3].tolist()}"
+    )
+
+
+def _distance(problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Observation:
+    """T1c/smoothed_distance: a converged run is within eps (n lambda2 + m lambda3) of F*."""
+    part = "T1c/smoothed_distance"
+    if proof is None or trace.stop is not Stop.CONVERGED:
+        return Observation(part, Outcome.UNDECIDED, detail=trace.stop.value)
+    allowed = (trace.reading.eps or 0.0) * (problem.n * problem.lambda2 + problem.m * problem.lambda3)
+    allowed += REACHED * proof.lower + REACHED_FLOOR * float(problem.o @ problem.o)
+    used = (float(trace.F[-1]) - proof.lower) / allowed if allowed > 0.0 else 0.0
+    return Observation.of(part, used <= 1.0, max(0.0, used), f"{used:.3g} of the allowed distance")
+
+
+def _parts(reading: str, order: str) -> tuple[str, ...]:
+    own = {
+        "absolute": ("T1c/absolute",),
+        "smoothed": ("T1c/smoothed_descent", "T1c/smoothed_distance"),
+        "corrected": (f"T1c/descent/{order}", *(["T1c/limit"] if order == "gauss_seidel" else [])),
+    }
+    return f"T1a/{reading}/{order}", f"T1b/{reading}/{order}", *own.get(reading, ())
+
+
+CHECKS = tuple(
+    Check(f"descent {reading} {order}", _parts(reading, order), Descent(reading, order))
+    for reading in READINGS
+    for order in ORDERS
+)
