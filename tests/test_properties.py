@@ -1,7 +1,5 @@
 """What must hold of every problem: honest proofs, invariances, and what each reading descends."""
 
-import json
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,15 +14,12 @@ from convexperc.solvers.paper import (
     CORRECTED,
     PRINTED,
     READINGS,
-    SMOOTHED,
-    Order,
     Reading,
     Stop,
     run,
 )
 from convexperc.solving import solve
-from verification.campaign.cases import cases
-from verification.descent import has_reached, table
+from verification.checks.descent import distance_to_optimum
 from verification.families import EXTREME, FAMILIES, seeded
 from verification.referee import optimum, violations
 from verification.strategies import degenerate_problems, problems, random_problems
@@ -163,7 +158,7 @@ def test_the_corrected_algorithm_reaches_the_reference_unless_it_locks(problem: 
         solution.certificate,
     )
     if trace.stop is Stop.CONVERGED:
-        reached = has_reached(float(trace.F[-1]), solution.certificate, problem)
+        _, reached = distance_to_optimum(problem, trace, solution.certificate)
         assert reached, (problem, problem.X, problem.o, trace.F[-1], solution.certificate)
 
 
@@ -207,16 +202,3 @@ def test_the_absolute_reading_raises_f_though_not_its_own_objective() -> None:
     trace = run(problem, reading=ABSOLUTE)
     assert trace.rises().size > 0, trace.F
     assert trace.own_rises().size == 0, trace.own
-
-
-def test_the_table_of_readings_counts_every_run() -> None:
-    chosen = cases(2, 4, 0)
-    found = table(chosen, max_iterations=50, largest=(3, 6))
-    assert len(found.rows) == len(READINGS) * len(Order), found.rows
-    assert json.loads(json.dumps(found.as_json(), allow_nan=False))["problems"] == found.problems, found
-    for row in found.rows:
-        assert row.runs == len(chosen) == sum(count for count, _ in row.stops.values()), row
-        assert row.reached == sum(good for _, good in row.stops.values()) <= row.judged, row
-    for reading in (CORRECTED, SMOOTHED, ABSOLUTE):
-        row = found.row(reading.name, "gauss_seidel")
-        assert row.own_monotone == row.own_runs == len(chosen), row

@@ -1,4 +1,4 @@
-"""Numbers for the plots that no campaign gives: runs on chosen problems, and distributions over the campaign."""
+"""Numbers for the plots: runs on chosen problems, and distributions over a campaign."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -38,7 +38,7 @@ def counterexample() -> dict[str, Any]:
 
 
 def rate() -> dict[str, Any]:
-    """F - F* by iteration of the corrected and the smoothed update: where every zero is strict, and where not."""
+    """F - F* by iteration, corrected and smoothed: where every zero is strict, and where not."""
     strict = Problem(
         [[2.0, 0.0, 1.0], [0.5, 1.0, -1.0]],
         [2.0, 1.0, 0.0],
@@ -67,9 +67,9 @@ def _gaps(problem: Problem, reading: str) -> list[float]:
 
 
 def distances(result: Result) -> dict[str, Any]:
-    """Of each reading and order: runs by the decade of (F(last) - F*) / F*, undecided ones, and those without a limit.
+    """Of each reading and order: runs by the decade of (F(last) - F*) / F*, and how many have none.
 
-    A run has no limit where a system is singular or the iterates diverge.
+    Undecided runs met the limit of iterations; in undefined ones a system is singular or the iterates diverge.
     """
     counts: dict[str, list[int]] = {}
     undecided: dict[str, int] = {}

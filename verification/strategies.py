@@ -28,8 +28,8 @@ ENTRIES = st.integers(-6, 6).map(lambda k: k / 2)
 
 
 NARROW = 64
-"""Wider ranges are drawn in two digits: Hypothesis mixes in numbers of 100 or more that it reads in the source of
-whatever modules are loaded, and a campaign must not depend on these."""
+"""Wider ranges are drawn in two digits: Hypothesis mixes in numbers of 100 or more that it reads in the
+source of whatever modules are loaded, and a campaign must not depend on these."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
-"""Claims T1a, T1b and T1c on one run: does F ever rise, where does the run end, how far does F fall a step."""
+"""Claims T1a, T1b and T1c on one run: does F rise, where does the run end, how far does each step fall."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -14,7 +15,8 @@ from convexperc.solving import solve
 from verification.checks.interface import Check, Observation
 from verification.claims import ORDERS, READINGS
 from verification.evidence import Outcome
-from verification.exact_loop import rise_confirmed
+from verification.exact_loop import Rise, rise_confirmed
+from verification.exact_update import UnresolvedError, Update
 from verification.oracles import objective
 from verification.sources import Source
 
@@ -23,6 +25,9 @@ ITERATIONS = 150
 
 ROUNDING = 1e-12
 """Of max(F(start), ||o||^2): the rounding of F, as the ledger says."""
+
+SQUARABLE = 1e-70, 1e70
+"""Sizes whose products of four stay in float64: the loop squares the data as given, and is judged in here."""
 
 REACHED = 1e-6
 """Of F*: what the loop's own test of 1e-10 on the steps leaves where it converges slowly."""
@@ -62,10 +67,8 @@ class Descent:
         rises = trace.rises(ROUNDING)
         largest = _largest_rise(trace.F, trace.scale)
         for at in rises:
-            rise = rise_confirmed(
-                problem, trace.reading, self.order, trace.path_w[at - 1], trace.path_u[at - 1]
-            )
-            if rise.confirmed:
+            rise = self._exactly(problem, trace, int(at))
+            if rise is not None and rise.confirmed:
                 detail = f"iteration {at}: F {trace.F[at - 1]:.17g} -> {trace.F[at]:.17g}"
                 return Observation(part, Outcome.FAILED, largest, detail)
         if rises.size:
@@ -75,16 +78,16 @@ class Descent:
     def _reaches(self, problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Observation:
         """T1b: where a run that ended by itself has ended."""
         part = f"T1b/{self.reading}/{self.order}"
-        if proof is None:
-            return Observation(part, Outcome.UNDECIDED, detail="F* is not certified")
+        if proof is None or not np.isfinite(trace.F[-1]):
+            return Observation(part, Outcome.UNDECIDED, detail="F* is not certified, or F not finite")
         if trace.stop in {Stop.SINGULAR, Stop.DIVERGED}:
             detail = f"{trace.stop.value} after {trace.iterations} iterations"
             return Observation(part, Outcome.FAILED, np.inf, detail)
-        share, reached = _distance_to_optimum(problem, trace, proof)
+        share, reached = distance_to_optimum(problem, trace, proof)
         if reached:
             return Observation(part, Outcome.HELD, share)
         detail = f"{trace.stop.value}: F {trace.F[-1]:.17g}, F* <= {proof.upper:.17g}"
-        settled = trace.stop in {Stop.CONVERGED, Stop.LOCKED_AT_ZERO}
+        settled = trace.stop in {Stop.CONVERGED, Stop.LOCKED_AT_ZERO} and _squarable(problem)
         return Observation(part, Outcome.FAILED if settled else Outcome.UNDECIDED, share, detail)
 
     def _falls(self, problem: Problem, trace: PaperTrace) -> Observation:
@@ -98,19 +101,34 @@ class Descent:
                 worst, where = float(short), at
         if worst <= ROUNDING:
             return Observation(part, Outcome.HELD, worst)
-        before = trace.path_w[where - 1], trace.path_u[where - 1]
-        exact = rise_confirmed(problem, trace.reading, self.order, *before)
+        exact = self._exactly(problem, trace, where)
         after = objective(problem, trace.path_w[where], trace.path_u[where])
-        rounded = abs(float(after.lower - exact.after.upper)) > ROUNDING * trace.scale
+        wanted = None if exact is None else exact.after
+        rounded = wanted is None or abs(float(after.lower - wanted.upper)) > ROUNDING * trace.scale
         detail = f"iteration {where}: F falls by {worst:.3g} of its scale less than the steps promise"
         return Observation(part, Outcome.UNDECIDED if rounded else Outcome.FAILED, worst, detail)
+
+    def _exactly(self, problem: Problem, trace: PaperTrace, at: int) -> Rise | None:
+        """Iteration `at` once more, exactly, from the float64 iterate before it; None where there is none."""
+        w, u = trace.path_w[at - 1], trace.path_u[at - 1]
+        if not (np.isfinite(w).all() and np.isfinite(u).all()):
+            return None
+        eps = (
+            Fraction(trace.reading.eps)
+            if trace.reading.name == "smoothed" and trace.reading.eps
+            else Fraction(0)
+        )
+        try:
+            return rise_confirmed(problem, Update(self.reading, self.order, eps), w, u)
+        except UnresolvedError:
+            return None
 
 
 def promised_fall(problem: Problem, order: str, trace: PaperTrace, at: int) -> float:
     """Sum of the weighted squares by which F must fall in iteration `at` of the corrected update.
 
-    ||X'dw||^2 + lambda1 c + lambda2/2 sum dw_j^2/|w_j| + lambda3/2 sum ||du^i||^2/||u^i||, c = ||dw||^2 + ||Xdu||^2
-    in Gauss-Seidel order and ||dw + Xdu||^2 in Jacobi order; w and u are those before the iteration.
+    ||X'dw||^2 + lambda1 c + lambda2/2 sum dw_j^2/|w_j| + lambda3/2 sum ||du^i||^2/||u^i||, where c is
+    ||dw||^2 + ||Xdu||^2 in Gauss-Seidel order and ||dw + Xdu||^2 in Jacobi order; w and u are those before.
     """
     w, u = trace.path_w[at - 1], trace.path_u[at - 1]
     dw, du = trace.path_w[at] - w, trace.path_u[at] - u
@@ -133,12 +151,19 @@ def _certificate(problem: Problem) -> Certificate | None:
     return None if solution.status is Status.NOT_CERTIFIED else solution.certificate
 
 
-def _distance_to_optimum(problem: Problem, trace: PaperTrace, proof: Certificate) -> tuple[float, bool]:
+def distance_to_optimum(problem: Problem, trace: PaperTrace, proof: Certificate) -> tuple[float, bool]:
     """(F(last) - F*) / F* from above, and whether it counts as reached."""
     gap = float(trace.F[-1]) - proof.lower
     allowed = REACHED * proof.lower + REACHED_FLOOR * float(problem.o @ problem.o)
     share = max(0.0, float(trace.F[-1]) - proof.upper) / proof.upper if proof.upper > 0.0 else 0.0
     return share, gap <= allowed
+
+
+def _squarable(problem: Problem) -> bool:
+    """Whether every number of the problem is 0 or of a size that the loop can square."""
+    sizes = np.abs(np.concatenate([problem.X.ravel(), problem.o, np.array(problem.lambdas)]))
+    sizes = sizes[sizes > 0.0]
+    return bool(((sizes > SQUARABLE[0]) & (sizes < SQUARABLE[1])).all())
 
 
 def _limit(problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Observation:
@@ -148,9 +173,9 @@ def _limit(problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Ob
     zeros = zeros or any((np.linalg.norm(u[c]) == 0.0) for u in trace.path_u for c in problem.modalities)
     if zeros:
         return Observation(part, Outcome.SKIPPED, detail="a lambda, an entry of w or a block of u is 0")
-    if proof is None or trace.stop is not Stop.CONVERGED:
+    if proof is None or trace.stop is not Stop.CONVERGED or not _squarable(problem):
         return Observation(part, Outcome.UNDECIDED, detail=trace.stop.value)
-    share, reached = _distance_to_optimum(problem, trace, proof)
+    share, reached = distance_to_optimum(problem, trace, proof)
     detail = f"F {trace.F[-1]:.17g}, F* <= {proof.upper:.17g}"
     return Observation.of(part, reached, share, detail)
 
@@ -173,7 +198,7 @@ def _own(part: str, trace: PaperTrace) -> Observation:
 def _distance(problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Observation:
     """T1c/smoothed_distance: a converged run is within eps (n lambda2 + m lambda3) of F*."""
     part = "T1c/smoothed_distance"
-    if proof is None or trace.stop is not Stop.CONVERGED:
+    if proof is None or trace.stop is not Stop.CONVERGED or not _squarable(problem):
         return Observation(part, Outcome.UNDECIDED, detail=trace.stop.value)
     allowed = (trace.reading.eps or 0.0) * (problem.n * problem.lambda2 + problem.m * problem.lambda3)
     allowed += REACHED * proof.lower + REACHED_FLOOR * float(problem.o @ problem.o)

@@ -15,7 +15,7 @@ from verification.oracles import Rationals, objective, rationals, square_root
 from verification.sources import Source
 
 BACKWARD = {LinearSolver.DIRECT: 1e-11, LinearSolver.WOODBURY: 1e-6}
-"""Largest residual of an update in its own linear system, as a share of the sum of the magnitudes of its terms,
+"""Largest residual of an update in its own linear system, as a share of the magnitudes of its terms,
 after the rows are divided by the root of the diagonal. Elimination is backward stable: some 1e-15 times the
 order. Woodbury's identity is not: where two rows nearly agree it leaves the condition times as much."""
 
@@ -141,8 +141,8 @@ class Systems:
             scale = square_root(gram[k, k] + abs(ridge)).upper
             if scale == 0:
                 continue
-            products = [gram[k, l] * x[l] for l in free] + [ridge * x[k], -rhs[k]]
-            lost = TINY * (sum(abs(gram[k, l]) for l in free) + abs(ridge) + 1)
+            products = [gram[k, at] * x[at] for at in free] + [ridge * x[k], -rhs[k]]
+            lost = TINY * (sum(abs(gram[k, at]) for at in free) + abs(ridge) + 1)
             residual = max(residual, (abs(sum(products)) - lost) / scale)
             terms = max(terms, sum(abs(each) for each in products) / scale)
         return residual / terms if terms else Fraction(0)

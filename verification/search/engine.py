@@ -5,7 +5,6 @@ The workers are joblib's: under ``joblib.parallel_config(backend="dask")`` they 
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby
 
 from joblib import Parallel, delayed
 
@@ -42,6 +41,23 @@ class Result:
     def total(self) -> int:
         """Problems looked at."""
         return sum(self.problems.values())
+
+    @classmethod
+    def of(cls, found: Iterable[Found], checks: Sequence[Check]) -> "Result":
+        """Join what shards found, hunts left aside."""
+        result = cls()
+        for each in found:
+            check, family, *_, hunt = each.key.split("|")
+            if hunt:
+                continue
+            result.problems[check, family] = result.problems.get((check, family), 0) + each.problems
+            result.broken += each.broken
+            for part, tally in each.tallies.items():
+                result.tallies.setdefault((part, family), Tally()).add(tally)
+        pairs = [(check.name, family) for check in checks for family in check.families]
+        unreached = [pair for pair in pairs if not result.problems.get(pair)]
+        result.unreached = [f"{check} was not tried on {family}" for check, family in unreached]
+        return result
 
     def smallest(self) -> dict[str, tuple[str, Case]]:
         """For each part with a failure: the family and the smallest failing case."""
@@ -95,7 +111,7 @@ def search(
     """
     named = {check.name: check for check in checks}
     counted = _run(plan(checks, profile), named, seed, jobs, journal, progress)
-    result = _joined(counted, checks)
+    result = Result.of(counted, checks)
     hunted = _run(_hunts(result, named, profile), named, seed, jobs, journal, progress)
     for found in hunted:
         part, family = found.key.split("|")[4], found.key.split("|")[1]
@@ -125,22 +141,6 @@ def _run(
             journal.add(each)
         progress(each)
     return [found[shard.key] for shard in shards]
-
-
-def _joined(found: Iterable[Found], checks: Sequence[Check]) -> Result:
-    result = Result()
-    for each in found:
-        check, family = each.key.split("|")[:2]
-        result.problems[check, family] = result.problems.get((check, family), 0) + each.problems
-        result.broken += each.broken
-        for part, tally in each.tallies.items():
-            result.tallies.setdefault((part, family), Tally()).add(tally)
-    for check_, families in groupby(
-        sorted((check.name, family) for check in checks for family in check.families), lambda pair: pair[0]
-    ):
-        missing = [family for _, family in families if not result.problems.get((check_, family))]
-        result.unreached += [f"{check_} was not tried on {family}" for family in missing]
-    return result
 
 
 def _hunts(result: Result, named: Mapping[str, Check], profile: Profile) -> list[Shard]:

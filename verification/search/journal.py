@@ -1,7 +1,7 @@
 """The journal of a run: one line a finished shard, so that a run that is killed goes on where it was.
 
-The first line says what the outcome depends on. Each further line is one shard with the hash of its own text; a
-last line that was cut off, or does not match, is dropped and its shard is done again.
+The first line says what the outcome depends on. Each further line is one shard with the hash of its own text;
+a last line that was cut off, or does not match, is dropped and its shard is done again.
 """
 
 import hashlib

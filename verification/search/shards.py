@@ -26,7 +26,7 @@ UNBOUNDED = 10**9
 """Decade of a measure that is not finite."""
 
 
-class _Falsified(Exception):
+class _FalsifiedError(Exception):
     """A hunt found its failure."""
 
 
@@ -157,11 +157,12 @@ def explore(shard: Shard, check: Check, campaign: int) -> Found:
         drawn = Drawn(data.draw, check.largest)
         problem = FAMILIES[shard.family](drawn).problem()
         recorder = Recorder(drawn)
+        observations = _observations(check, problem, recorder, found)
         found.problems += 1
-        for each in _observations(check, problem, recorder, found):
+        for each in observations:
             _count(found, each, problem, recorder.drawn)
             if shard.hunt == each.part and each.outcome is Outcome.FAILED:
-                raise _Falsified(each.detail)
+                raise _FalsifiedError(each.detail)
             if not shard.hunt and each.measure > 0.0:
                 target(min(each.measure, LARGEST_TARGET), label=each.part)
 
@@ -178,7 +179,7 @@ def _quietly(look: Callable[[], None], shard: Shard) -> None:
     """Run it; a hunt ends with the failure that it looked for."""
     try:
         look()
-    except (_Falsified, Flaky, FlakyFailure):
+    except (_FalsifiedError, Flaky, FlakyFailure):
         if not shard.hunt:
             raise
 
@@ -186,7 +187,8 @@ def _quietly(look: Callable[[], None], shard: Shard) -> None:
 def _observations(check: Check, problem: Problem, recorder: Recorder, found: Found) -> list[Observation]:
     """All observations; an exception of the check is noted, not those by which Hypothesis steers."""
     try:
-        return list(check.observe(problem, recorder))
+        with np.errstate(all="ignore"):  # some families are meant to overflow
+            return list(check.observe(problem, recorder))
     except HypothesisException:
         raise
     except Exception as error:
@@ -208,7 +210,7 @@ def _count(found: Found, each: Observation, problem: Problem, drawn: list[Any]) 
 
 
 def _decade(measure: float) -> int:
-    """k for 10^(k-1) < measure <= 10^k; -400 for 0 and below."""
+    """The k of 10^(k-1) < measure <= 10^k; -400 for 0 and below."""
     if not math.isfinite(measure):
         return UNBOUNDED
     return math.ceil(math.log10(measure)) if measure > 0.0 else -400

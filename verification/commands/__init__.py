@@ -1,0 +1,1 @@
+"""The command line of the verifier, one file a group of commands."""

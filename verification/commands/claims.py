@@ -1,0 +1,246 @@
+"""Commands about claims: list, run, report, report diff, replay, faults; no mathematics."""
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from verification.gather import Options, Run
+
+USAGE = 2
+OPEN = 3
+
+Profiles = Annotated[str, typer.Option("--profile", help="How much is tried: quick, ci or full.")]
+Seed = Annotated[int, typer.Option(min=0, help="Two runs of one seed find the same.")]
+Jobs = Annotated[int, typer.Option(min=1, help="Worker processes; the outcome does not depend on it.")]
+Chosen = Annotated[
+    list[str] | None, typer.Option("--claim", help="Only this claim; may be given several times.")
+]
+Out = Annotated[Path, typer.Option(file_okay=False, help="Folder for everything that is written.")]
+
+
+def listed() -> None:
+    """List the claims, their places and their parts."""
+    from verification.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
+
+    table = Table("id", "place", "claim", "parts", title="Claims; 'run --claim ID' judges one")
+    for claim in CLAIMS.values():
+        names = ", ".join(part.key.split("/", 1)[1] for part in claim.parts[:4])
+        more = f" and {len(claim.parts) - 4} more" if len(claim.parts) > 4 else ""
+        table.add_row(claim.id, claim.place, claim.statement, names + more)
+    _console().print(table)
+
+
+def run(
+    claim: Chosen = None,
+    profile: Profiles = "quick",
+    seed: Seed = 0,
+    jobs: Jobs = 2,
+    out: Out = Path("reports"),
+) -> None:
+    """Judge the claims and print the verdicts; the evidence is kept, no report is written.
+
+    Exit code 0: every verdict is the baseline's; 1: a verdict changed, a promise of the library failed, or a
+    record is stale; 2: misuse; 3: something required was left open.
+    """
+    options = _options(claim, profile, seed, jobs)
+    found = _gather(options, out)
+    raise typer.Exit(_verdicts(found, options))
+
+
+def report(
+    context: typer.Context,
+    claim: Chosen = None,
+    profile: Profiles = "quick",
+    seed: Seed = 0,
+    jobs: Jobs = 2,
+    out: Out = Path("reports"),
+    evidence: Annotated[
+        Path | None, typer.Option(help="Render this evidence.json instead of a new run.", dir_okay=False)
+    ] = None,
+) -> None:
+    """Judge the claims and write the report: report.html, .md, .json, junit.xml, counterexamples, SHA256SUMS.
+
+    The same seed and versions give the same bytes, but for one block of times and names of this machine.
+    Exit codes as for `run`. A run that is broken off goes on where it was when it is started again.
+    """
+    if context.invoked_subcommand is not None:
+        return
+    from verification.report.write import write  # noqa: PLC0415 - keeps --help quick
+
+    options = _options(claim, profile, seed, jobs)
+    found = _gather(options, out) if evidence is None else _read(evidence)
+    code = _verdicts(found, options)
+    if found.interrupted:
+        raise typer.Exit(code)
+    places = write(found.evidence, found.records, out)
+    for place in places:
+        _console().print(f"wrote {place}", highlight=False)
+    raise typer.Exit(code)
+
+
+def diff(
+    a: Annotated[Path, typer.Argument(metavar="A", help="A report.json.", dir_okay=False)],
+    b: Annotated[Path, typer.Argument(metavar="B", help="Another one.", dir_okay=False)],
+) -> None:
+    """Compare two reports; exit code 0 if all verdicts are equal, 1 if not."""
+    from verification.report.diff import diff as compared  # noqa: PLC0415 - keeps --help quick
+
+    with _misuse("A and B"):
+        text, code = compared(a, b)
+    _console().print(text, highlight=False, markup=False)
+    raise typer.Exit(code)
+
+
+def replay(
+    name: Annotated[str, typer.Argument(metavar="ID", help="Of a record, or its file.")],
+    out: Out = Path("reports"),
+    plot: Annotated[
+        Path | None, typer.Option(help="Also draw F by iteration: .svg or .png.", dir_okay=False)
+    ] = None,
+) -> None:
+    """Run one counterexample again in exact arithmetic, iteration by iteration.
+
+    Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale.
+    """
+    from verification.checks.catalogue import CHECKS  # noqa: PLC0415 - keeps --help quick
+    from verification.counterexamples.record import catalogue, load  # noqa: PLC0415
+    from verification.replay import replay as again  # noqa: PLC0415
+
+    stored = {record.id: record for record in catalogue()}
+    place = next((p for p in (Path(name), out / "counterexamples" / f"{name}.json") if p.is_file()), None)
+    if place is None and name not in stored:
+        known = ", ".join(sorted(stored))
+        raise typer.BadParameter(f"no record {name!r}; the catalogue has {known}", param_hint="ID")
+    with _misuse("ID"):
+        record = stored[name] if place is None else load(place)
+    result = again(record, {check.name: check for check in CHECKS})
+    console = _console()
+    console.print(result.table())
+    console.print(result.summary, highlight=False, markup=False)
+    if plot is not None:
+        with _misuse("--plot"):
+            result.save_plot(plot)
+    raise typer.Exit(0 if result.confirmed else 1)
+
+
+def faults(
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the table here.", dir_okay=False)
+    ] = None,
+) -> None:
+    """Plant every known fault in the library and say which check caught it; exit code 1 if one escaped."""
+    from verification.faults.table import as_json, planted, table  # noqa: PLC0415 - keeps --help quick
+
+    console = _console()
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("faults", total=None)
+        outcomes = planted(lambda done, total: bar.update(task, completed=done, total=total))
+    console.print(table(outcomes))
+    if json_file is not None:
+        with _misuse("--json"):
+            json_file.write_text(json.dumps(as_json(outcomes), indent=1) + "\n", encoding="utf-8")
+    raise typer.Exit(0 if all(each.caught for each in outcomes) else 1)
+
+
+def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Options":
+    from verification.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
+    from verification.gather import Options  # noqa: PLC0415
+    from verification.search.profiles import PROFILES  # noqa: PLC0415
+
+    if profile not in PROFILES:
+        raise typer.BadParameter(f"must be one of {', '.join(PROFILES)}", param_hint="--profile")
+    for each in claim or ():
+        if each not in CLAIMS:
+            raise typer.BadParameter(
+                f"no claim {each!r}; the ledger has {', '.join(CLAIMS)}", param_hint="--claim"
+            )
+    return Options(PROFILES[profile], seed, jobs, tuple(claim or ()))
+
+
+def _gather(options: "Options", out: Path) -> "Run":
+    """Run with a progress bar; keep the evidence, even of a run that was broken off."""
+    from convexperc.records import write_json  # noqa: PLC0415 - keeps --help quick
+    from verification.gather import gather  # noqa: PLC0415
+
+    name = "-".join([options.profile.name, str(options.seed), *options.claims])
+    bars: dict[str, Any] = {}
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    with _misuse("--out"), Progress(*columns, console=Console(stderr=True)) as bar:
+
+        def progress(stage: str, done: int, total: int) -> None:
+            if stage not in bars:
+                bars[stage] = bar.add_task(stage, total=total)
+            bar.update(bars[stage], completed=done)
+
+        found = gather(options, out / ".journal" / f"{name}.jsonl", progress)
+        command = " ".join(["python -m verification", *_arguments(options)])
+        found.evidence.settings["command"] = command
+        write_json(out / ".journal" / f"{name}.evidence.json", found.as_json())
+    if found.interrupted:
+        _console().print("Interrupted. What was found is kept; the same command goes on from there.")
+    return found
+
+
+def _arguments(options: "Options") -> Iterator[str]:
+    """The arguments that repeat a run."""
+    yield from ("report", "--profile", options.profile.name, "--seed", str(options.seed))
+    for claim in options.claims:
+        yield from ("--claim", claim)
+
+
+def _read(file: Path) -> "Run":
+    from verification.gather import Run  # noqa: PLC0415 - keeps --help quick
+
+    with _misuse("--evidence"):
+        return Run.from_json(json.loads(file.read_text(encoding="utf-8")))
+
+
+def _verdicts(found: "Run", options: "Options") -> int:
+    """Print the verdicts on the claims that were judged, and what differs from the baseline."""
+    from verification.baseline import assess, read_baseline  # noqa: PLC0415 - keeps --help quick
+    from verification.claims import CLAIMS  # noqa: PLC0415
+    from verification.evidence import Verdict  # noqa: PLC0415
+    from verification.verdicts import judge_all  # noqa: PLC0415
+
+    judgements = {
+        key: each
+        for key, each in judge_all(found.evidence).items()
+        if not options.claims or key.split("/")[0] in options.claims
+    }
+    baseline = {key: each for key, each in read_baseline().items() if key in judgements}
+    assessment = assess(found.evidence, judgements, baseline)
+    table = Table("claim", "verdict", "from")
+    for key in CLAIMS:
+        if key in judgements:
+            each = judgements[key]
+            condition = f" {each.condition}" if each.verdict is Verdict.HOLDS_UNDER else ""
+            table.add_row(key, each.verdict.value + condition, each.reason)
+    console = _console()
+    console.print(table)
+    for message in assessment.messages:
+        console.print(message, highlight=False, markup=False)
+    return OPEN if found.interrupted else assessment.code
+
+
+@contextmanager
+def _misuse(hint: str) -> Iterator[None]:
+    """Files that cannot be read or written, and what is not what it should be, as misuse."""
+    from convexperc.errors import ConvexpercError  # noqa: PLC0415 - keeps --help quick
+
+    try:
+        yield
+    except (OSError, ConvexpercError, json.JSONDecodeError, KeyError) as problem:
+        raise typer.BadParameter(str(problem), param_hint=hint) from None
+
+
+def _console() -> Console:
+    return Console(file=sys.stdout, width=None if sys.stdout.isatty() else 140)

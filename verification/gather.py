@@ -1,0 +1,252 @@
+"""One run of the verifier: search, arguments, counterexamples and series become the evidence."""
+
+import hashlib
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from convexperc.problem import Problem
+from verification import clarabel_by_scale, cost, series
+from verification.arguments import all_arguments
+from verification.checks.catalogue import CHECKS
+from verification.checks.interface import Check
+from verification.claims import PARTS
+from verification.counterexamples.confirm import confirm
+from verification.counterexamples.record import Record, Size, catalogue, magnitude, parse
+from verification.environment import machine, versions
+from verification.evidence import Count, Evidence, Outcome, Refutation
+from verification.exact_problem import ExactProblem
+from verification.search.engine import Result, plan, search
+from verification.search.journal import Journal
+from verification.search.profiles import Profile
+from verification.search.shards import Case, Found, problem_of
+
+Progress = Callable[[str, int, int], None]
+"""Called with a stage, how much of it is done, and how much there is."""
+
+COUNTED = "operation counts"
+"""Stands for the family where costs are counted."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """All that the outcome of a run depends on, and how many workers it may have.
+
+    Attributes
+    ----------
+    profile : Profile
+    seed : int
+    jobs : int
+        The outcome does not depend on it.
+    claims : tuple of str
+        Ids; empty for all.
+    """
+
+    profile: Profile
+    seed: int = 0
+    jobs: int = 1
+    claims: tuple[str, ...] = ()
+
+    def wants(self, part: str) -> bool:
+        """Whether this part is judged."""
+        return not self.claims or PARTS[part].claim in self.claims
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """The checks that observe a part that is judged."""
+        return tuple(check for check in CHECKS if any(map(self.wants, check.parts)))
+
+
+@dataclass
+class Run:
+    """What a run found.
+
+    Attributes
+    ----------
+    evidence : Evidence
+    records : dict of str to Record
+        Counterexamples by id: of the catalogue, and the smallest that the search found.
+    interrupted : bool
+        The search was not finished; the journal keeps what it found.
+    """
+
+    evidence: Evidence = field(default_factory=Evidence)
+    records: dict[str, Record] = field(default_factory=dict)
+    interrupted: bool = False
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "evidence": self.evidence.as_json(),
+            "records": [record.as_json() for record in self.records.values()],
+            "interrupted": self.interrupted,
+        }
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> "Run":
+        """Read back what `as_json` wrote."""
+        records = [parse(each, "evidence") for each in data["records"]]
+        return cls(
+            Evidence.from_json(data["evidence"]), {each.id: each for each in records}, data["interrupted"]
+        )
+
+
+def gather(options: Options, journal: Path, progress: Progress = lambda stage, done, total: None) -> Run:
+    """Judge nothing, but find everything that a judgement needs.
+
+    Parameters
+    ----------
+    options : Options
+    journal : Path
+        Where finished shards are kept; an unfinished journal of the same options and versions is continued.
+    progress : callable
+
+    Returns
+    -------
+    Run
+        With ``interrupted`` set if Ctrl-C ended the search: the counts are then those of the shards so far.
+    """
+    run, times = Run(), dict[str, float]()
+    evidence = run.evidence
+    evidence.settings = _settings(options)
+    with _timed(times, "search"):
+        result = _search(options, journal, run, progress)
+    evidence.counts = list(_counts(result, options))
+    evidence.missing += [*result.unreached, *result.broken]
+    if run.interrupted:
+        return run
+    with _timed(times, "counterexamples"):
+        candidates = [record for record in catalogue() if options.wants(record.part)]
+        candidates += _found(result, options)
+        _confirm(candidates, run, progress)
+    with _timed(times, "arguments"):
+        evidence.arguments = [each for each in all_arguments() if options.wants(each.part)]
+    with _timed(times, "series"):
+        _series(options, result, run, progress)
+    evidence.volatile = {"machine": machine(), "seconds": times, "jobs": options.jobs} | evidence.volatile
+    return run
+
+
+def _settings(options: Options) -> dict[str, Any]:
+    return {
+        "profile": options.profile.name,
+        "seed": options.seed,
+        "claims": list(options.claims),
+        "versions": versions(),
+    }
+
+
+def _search(options: Options, file: Path, run: Run, progress: Progress) -> Result:
+    """Search with a journal; after Ctrl-C, what the journal has."""
+    checks = options.checks
+    total = sum(shard.problems for shard in plan(checks, options.profile))
+    done = 0
+
+    def count(found: Found) -> None:
+        nonlocal done
+        done += found.problems if found.key.endswith("|") else 0
+        progress("search", done, total)
+
+    journal = Journal(file, _settings(options) | {"source": source_digest()})
+    try:
+        result = search(
+            checks, options.profile, options.seed, jobs=options.jobs, journal=journal, progress=count
+        )
+    except KeyboardInterrupt:
+        run.interrupted = True
+        run.evidence.missing.append(f"interrupted after {done} of {total} problems")
+        return Result.of(journal.found.values(), checks)
+    journal.finish()
+    return result
+
+
+def source_digest() -> str:
+    """SHA-256 of the source of the library and the verifier: a journal of other code is not continued."""
+    top = Path(__file__).parent.parent
+    sha = hashlib.sha256()
+    for folder in ("convexperc", "verification"):
+        for file in sorted((top / folder).rglob("*.py")):
+            sha.update(file.relative_to(top).as_posix().encode() + b"\0" + file.read_bytes())
+    return sha.hexdigest()
+
+
+def _counts(result: Result, options: Options) -> Iterator[Count]:
+    for (part, family), tally in sorted(result.tallies.items(), key=lambda item: item[0]):
+        if options.wants(part):
+            yield Count(part, family, **tally.outcomes, worst=tally.worst)
+
+
+def _found(result: Result, options: Options) -> Iterator[Record]:
+    """The smallest failing case of each part as a record."""
+    for part, (family, case) in result.smallest().items():
+        if options.wants(part):
+            check = next(check for check in options.checks if part in check.parts)
+            yield _record(part, family, case, check, options)
+
+
+def _record(part: str, family: str, case: Case, check: Check, options: Options) -> Record:
+    problem: Problem = problem_of(case.problem)
+    exact = ExactProblem.of(problem)
+    statement = f"{PARTS[part].statement}: {case.detail}" if case.detail else PARTS[part].statement
+    return Record(
+        id="found-" + part.lower().replace("/", "-").replace("_", "-"),
+        part=part,
+        kind="case",
+        statement=statement,
+        problem=exact,
+        fields={"check": check.name, "drawn": case.drawn, "largest": list(check.largest)},
+        origin=f"search: profile {options.profile.name}, seed {options.seed}, family {family}",
+        size=Size("the smallest that the search met and shrank", magnitude(exact)),
+    )
+
+
+def _confirm(records: Iterable[Record], run: Run, progress: Progress) -> None:
+    """Confirm every record once more, exactly; a record that no longer fails is stale."""
+    checks: Mapping[str, Check] = {check.name: check for check in CHECKS}
+    chosen = list(records)
+    for done, record in enumerate(chosen, 1):
+        found = confirm(record, checks)
+        run.records[record.id] = record
+        run.evidence.refutations.append(
+            Refutation(
+                record.id, record.part, found.confirmed, found.finding, record.size.text, record.origin
+            )
+        )
+        progress("counterexamples", done, len(chosen))
+
+
+def _series(options: Options, result: Result, run: Run, progress: Progress) -> None:
+    """The numbers of the plots; costs are counted, and also timed, which may vary."""
+    evidence, wants = run.evidence, options.wants
+    if wants("T1a/printed/gauss_seidel"):
+        evidence.series["counterexample"] = series.counterexample()
+    if wants("T1b/printed/gauss_seidel"):
+        evidence.series["distance"] = series.distances(result)
+    if wants("T1c/rate"):
+        evidence.series["rate"] = series.rate()
+    progress("series", 1, 3)
+    if wants("C1/step6"):
+        evidence.series["cost"] = cost.series()
+        evidence.counts += [_counted(each) for each in cost.observations(evidence.series["cost"])]
+        evidence.volatile["times"] = cost.times()
+    progress("series", 2, 3)
+    if wants("S1/optimal"):
+        evidence.series["clarabel"] = clarabel_by_scale.series(options.profile.per_scale, seed=options.seed)
+    progress("series", 3, 3)
+
+
+def _counted(each: Any) -> Count:
+    held = each.outcome is Outcome.HELD
+    return Count(each.part, COUNTED, held=int(held), failed=int(not held), worst=each.measure)
+
+
+@contextmanager
+def _timed(times: dict[str, float], stage: str) -> Iterator[None]:
+    start = time.perf_counter()
+    try:
+        yield
+    finally:
+        times[stage] = round(time.perf_counter() - start, 3)
