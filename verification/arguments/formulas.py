@@ -134,6 +134,8 @@ class _Reader:
         raise refused(self.text, "must use + - * / and powers by positive integers")
 
     def comparison(self, terms: list[ast.expr], ops: list[ast.cmpop]) -> Any:
+        if not all(type(op) in COMPARISONS for op in ops):
+            raise refused(self.text, "must compare by < <= > >= == !=")
         values = [self.value(term) for term in terms]
         pairs = zip(ops, values, values[1:], strict=False)
         return self.domain.every([COMPARISONS[type(op)](a, b) for op, a, b in pairs])
