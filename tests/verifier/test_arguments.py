@@ -75,7 +75,7 @@ def test_the_written_proof_names_every_step_and_its_checker() -> None:
 
 
 def mutated(name: str, old: str, new: str) -> Step:
-    """The step again, with `old` replaced in what the machine was given; a hypothesis that ends empty is dropped."""
+    """The step again, `old` replaced in what the machine was given; a hypothesis that ends empty is dropped."""
     step = STEPS[name]
     assert old in step.source, (old, step.source)
     source = step.source.replace(old, new, 1)
