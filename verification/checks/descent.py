@@ -53,8 +53,7 @@ class Descent:
         yield self._reaches(problem, trace, proof)
         if self.reading == "corrected":
             yield self._falls(problem, trace)
-            if self.order == "gauss_seidel":
-                yield _limit(problem, trace, proof)
+            yield _limit(problem, trace, proof)
         if self.reading == "absolute":
             yield _own("T1c/absolute", trace)
         if self.reading == "smoothed":
@@ -210,7 +209,7 @@ def _parts(reading: str, order: str) -> tuple[str, ...]:
     own = {
         "absolute": ("T1c/absolute",),
         "smoothed": ("T1c/smoothed_descent", "T1c/smoothed_distance"),
-        "corrected": (f"T1c/descent/{order}", *(["T1c/limit"] if order == "gauss_seidel" else [])),
+        "corrected": (f"T1c/descent/{order}", "T1c/limit"),
     }
     return f"T1a/{reading}/{order}", f"T1b/{reading}/{order}", *own.get(reading, ())
 

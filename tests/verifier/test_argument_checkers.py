@@ -1,0 +1,131 @@
+"""The checkers of single steps: what they refuse, what they do not accept, a second opinion in numbers."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from convexperc.errors import InputError
+from verification.arguments import all_steps, reals, step_name
+from verification.arguments.formulas import evaluate
+from verification.arguments.matrices import SHAPES, matrix_identity
+from verification.arguments.polynomials import cited, exact, identity
+from verification.arguments.reals import real
+from verification.evidence import Argument, Checker
+
+STEPS = {step_name(step): step for step in all_steps()}
+
+
+def test_nothing_is_proved_of_nothing() -> None:
+    assert not real("x", "hypotheses that contradict", ["a > 0", "a < 0"], "a == 5").passed
+    assert not real("x", "unknown conclusion", ["a > 0"], "a > 1").passed
+    assert real("x", "true", ["a > 1"], "a > 0").passed
+
+
+def test_unknown_is_not_a_proof(monkeypatch: pytest.MonkeyPatch) -> None:
+    hard = (["a >= 0", "b >= 0", "c >= 0"], "a**3 + b**3 + c**3 >= 3*a*b*c")
+    assert real("x", "with the effort that there is", *hard).passed
+    monkeypatch.setattr(reals, "EFFORT", 100)
+    assert not real("x", "with too little effort", *hard).passed
+
+
+def test_an_argument_needs_a_machine() -> None:
+    words = cited("x", "anything", "somebody")
+    assert not Argument("F1/bounded", "", "", (words,)).passed
+    assert not Argument("F1/bounded", "", "", (words, exact("y", "", "1 == 2"))).passed
+    assert Argument("F1/bounded", "", "", (words, exact("y", "", "1 == 1"))).passed
+
+
+@pytest.mark.parametrize(
+    ("check", "words"),
+    [
+        (lambda: identity("x", "", "a +", "b"), "must be a formula"),
+        (lambda: identity("x", "", "abs(a)", "a"), "must not stand in an identity"),
+        (lambda: identity("x", "", "1/(a - a)", "a"), "not 0"),
+        (lambda: identity("x", "", "a**b", "a"), "powers by positive integers"),
+        (lambda: identity("x", "", "f(a)", "a"), "must not hold"),
+        (lambda: exact("x", "", "a == 1"), "numbers only"),
+        (lambda: exact("x", "", "1/0 == 1"), "must not divide by 0"),
+        (lambda: real("x", "", [], "1/a > 0"), "multiply it out"),
+        (lambda: real("x", "", [], "a in b"), "must compare"),
+        (lambda: matrix_identity("x", "", "X*w", "w"), "fit"),
+        (lambda: matrix_identity("x", "", "X + w", "w"), "one shape"),
+        (lambda: matrix_identity("x", "", "X*u", "u"), "one shape on both sides"),
+        (lambda: matrix_identity("x", "", "w/l", "w"), "multiply it out"),
+    ],
+)
+def test_what_is_no_formula_is_refused(check, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        check()
+
+
+def test_letters_do_not_commute() -> None:
+    assert not matrix_identity("x", "", "A*X*B", "X*B").passed
+    assert not matrix_identity("x", "", "X*X.T*A", "A*X*X.T").passed
+    assert not matrix_identity("x", "", "E*B*Ei", "B").passed
+    assert matrix_identity("x", "", "E*Ei*B", "B").passed
+    assert matrix_identity("x", "", "(A*X).T", "X.T*A").passed
+    assert matrix_identity("x", "", "w.T*X*u", "u.T*X.T*w").passed
+
+
+class Sizes:
+    """Random integer matrices for the letters; a second opinion on what the words say."""
+
+    def __init__(self, seed: int, n: int, d: int) -> None:
+        rng, sizes = np.random.default_rng(seed), {"n": n, "d": d, "1": 1}
+        draw = {name: rng.integers(-4, 5, (sizes[r], sizes[c])) for name, (r, c) in SHAPES.items()}
+        diagonals = {name: np.diag(rng.integers(1, 5, draw[name].shape[0])) for name in ("A", "B", "E")}
+        units = {"In": np.eye(n, dtype=int), "Id": np.eye(d, dtype=int)}
+        inverse = {"Ei": np.diag([Fraction(1, int(x)) for x in np.diag(diagonals["E"])])}
+        self.values = {k: v.astype(object) for k, v in {**draw, **diagonals, **units, **inverse}.items()}
+        self.rng = rng
+
+    def name(self, name: str):
+        return self.values.setdefault(name, Fraction(int(self.rng.integers(1, 6)), 3))
+
+    def number(self, value: int) -> Fraction:
+        return Fraction(value)
+
+    def divide(self, left, right):
+        return left * (1 / right)
+
+
+class Matmul:
+    """`*` as the product of matrices, or by a scalar."""
+
+    def __init__(self, value) -> None:
+        self.value = value
+
+    @property
+    def T(self) -> "Matmul":  # noqa: N802
+        return Matmul(self.value.T)
+
+    def __add__(self, other: "Matmul") -> "Matmul":
+        return Matmul(self.value + other.value)
+
+    def __mul__(self, other: "Matmul") -> "Matmul":
+        both = isinstance(self.value, np.ndarray) and isinstance(other.value, np.ndarray)
+        return Matmul(self.value @ other.value if both else self.value * other.value)
+
+
+class MatmulDomain(Sizes):
+    def name(self, name: str):
+        return Matmul(super().name(name))
+
+    def number(self, value: int):
+        return Matmul(Fraction(value))
+
+    def divide(self, left, right):
+        return Matmul(left.value * (1 / right.value))
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, step in STEPS.items() if step.checker is Checker.IDENTITY and ".T" in step.source]
+)
+@pytest.mark.parametrize(("n", "d"), [(1, 1), (2, 3), (3, 2)])
+def test_matrix_identities_hold_for_numbers(name: str, n: int, d: int) -> None:
+    left, right = STEPS[name].source.split(" = ")
+    domain = MatmulDomain(7, n, d)
+    first, second = evaluate(left, domain).value, evaluate(right, domain).value
+    assert first.shape == second.shape, (first, second)
+    assert (first == second).all(), (name, first - second)
