@@ -3,28 +3,22 @@
 `verification.exact_update` has one iteration; here the bits are chosen, and the answers are Fractions.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from flint import arb, fmpq
 from numpy.typing import NDArray
 
 from convexperc.problem import Problem
+from verification.exact_arithmetic import Numbers, UnresolvedError, enclosed, exact, precision
 from verification.exact_problem import ExactProblem, Rational
-from verification.exact_update import (
-    Data,
-    Numbers,
-    SingularStep,
-    UnresolvedError,
-    Update,
-    enclosed,
-    exact,
-    precision,
-)
+from verification.exact_update import Data, SingularStepError, Update
 from verification.oracles import Enclosure
+
+T = TypeVar("T")
 
 PRECISIONS = (256, 1024, 4096)
 """Bits to try in turn; the longest are for entries that span all of float64."""
@@ -63,7 +57,7 @@ class Rise:
 
 
 def start(problem: Problem | ExactProblem) -> tuple[Rational, Rational]:
-    """Return the paper's start: w = argmin ||X'w - o||, u = argmin ||Xu - w||, each of least norm, exactly."""
+    """Return the exact start: w = argmin ||X'w - o||, then u = argmin ||Xu - w||, each of least norm."""
     w, u = Data(problem).start()
     return _fractions(w), _fractions(u)
 
@@ -75,7 +69,7 @@ def step(
 
     Raises
     ------
-    SingularStep
+    SingularStepError
         A matrix is singular, with its rank.
     UnresolvedError
         4096 bits do not tell.
@@ -89,7 +83,7 @@ def step(
     return _with_bits(once)
 
 
-def F(problem: Problem | ExactProblem, w: Given, u: Given) -> Enclosure:
+def objective(problem: Problem | ExactProblem, w: Given, u: Given) -> Enclosure:
     """Enclose F(w, u) at a rational point; exact unless the norm of a modality is irrational."""
     data, point = Data(problem), (_numbers(w), _numbers(u))
     return _with_bits(lambda: enclosed(data.objective(*point)))
@@ -137,7 +131,7 @@ def rise_confirmed(
             try:
                 new = data.step(update, *point, balls=bits == PRECISIONS[0])
                 before, after = enclosed(data.objective(*point)), enclosed(data.objective(*new))
-            except SingularStep:
+            except SingularStepError:
                 return Rise(False, before, None)
             except UnresolvedError:
                 continue
@@ -171,7 +165,7 @@ def _run(data: Data, update: Update, first: tuple[Numbers, Numbers], count: int)
     for _ in range(count):
         try:
             w, u = data.step(update, w, u)
-        except SingularStep:
+        except SingularStepError:
             break
         if any(_bits(x) > LONGEST for x in (*w, *u)):
             w, u = _shortened(w), _shortened(u)
@@ -192,7 +186,7 @@ def _shortened(values: Numbers) -> Numbers:
     return [x if isinstance(x, fmpq) and x == 0 else arb(x) for x in values]
 
 
-def _with_bits(compute: Any) -> Any:
+def _with_bits(compute: Callable[[], T]) -> T:
     for bits in PRECISIONS:
         with precision(bits):
             try:

@@ -5,8 +5,6 @@ python-flint's `arb`) of 256 bits or more elsewhere. Every answer holds: a ball 
 It reads the data of a `Problem` and uses nothing else of `convexperc`.
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -16,26 +14,23 @@ from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from convexperc.errors import InputError, SolverError
 from convexperc.problem import Problem
+from verification.exact_arithmetic import Numbers, UnresolvedError, exact, inner, root
 from verification.exact_problem import ExactProblem
-from verification.oracles import Enclosure
-
-Numbers = list[Any]
-"""fmpq, or arb where a number is not rational or is too long."""
 
 SIZES = {
-    "printed": ("w_i", fmpq(1, 2)),
-    "absolute": ("|w_i|", fmpq(1, 2)),
-    "corrected": ("|w_i|", fmpq(1)),
-    "appendix_half": ("||w||_1", fmpq(1, 2)),
-    "appendix_full": ("||w||_1", fmpq(1)),
-    "smoothed": ("sqrt(w_i^2 + eps^2)", fmpq(1)),
+    "printed": ("w_i", Fraction(1, 2)),
+    "absolute": ("|w_i|", Fraction(1, 2)),
+    "corrected": ("|w_i|", Fraction(1)),
+    "appendix_half": ("||w||_1", Fraction(1, 2)),
+    "appendix_full": ("||w||_1", Fraction(1)),
+    "smoothed": ("sqrt(w_i^2 + eps^2)", Fraction(1)),
 }
 """What stands for |w_i| in D^w = diag(1/(2 |w_i|)), and the factor of lambda2 D^w and lambda3 D^u."""
 
 ORDERS = ("gauss_seidel", "jacobi")
 
 
-class SingularStep(SolverError):
+class SingularStepError(SolverError):
     """A matrix of an update is singular, proved by its exact rank.
 
     Attributes
@@ -53,10 +48,6 @@ class SingularStep(SolverError):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the three numbers."""
         return type(self), (self.system, self.order, self.rank)
-
-
-class UnresolvedError(SolverError):
-    """Balls of this many bits do not tell, for example whether a matrix is singular."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +82,7 @@ class Update:
             raise InputError("eps", value=str(self.eps), must=must)
 
     @property
-    def factor(self) -> Any:
+    def factor(self) -> Fraction:
         """Of lambda2 D^w and lambda3 D^u."""
         return SIZES[self.reading][1]
 
@@ -112,55 +103,6 @@ class Update:
 
     def _smooth(self, square: Any) -> Any:
         return root(square + exact(self.eps * self.eps))
-
-
-@contextmanager
-def precision(bits: int) -> Iterator[None]:
-    """Set the bits of every ball operation inside."""
-    before = flint.ctx.prec
-    flint.ctx.prec = bits
-    try:
-        yield
-    finally:
-        flint.ctx.prec = before
-
-
-def exact(value: Fraction | float) -> Any:
-    """A float or a Fraction as the rational that it is."""
-    value = Fraction(value)
-    return fmpq(value.numerator, value.denominator)
-
-
-def root(square: Any) -> Any:
-    """The square root: rational if it is one, else a ball."""
-    if isinstance(square, fmpq):
-        above, below = square.numer(), square.denom()
-        if above.is_square() and below.is_square():
-            return fmpq(above.isqrt(), below.isqrt())
-        return arb(square).sqrt()
-    return square.sqrt()
-
-
-def inner(x: Numbers, y: Numbers) -> Any:
-    """x'y; a number times itself is a product of two equal balls, never a power."""
-    return sum((a * b for a, b in zip(x, y, strict=True)), fmpq(0))
-
-
-def enclosed(value: Any) -> Enclosure:
-    """A rational as itself, a ball as its two ends, exactly.
-
-    Raises
-    ------
-    UnresolvedError
-        The ball is not finite.
-    """
-    if isinstance(value, fmpq):
-        same = Fraction(int(value.numer()), int(value.denom()))
-        return Enclosure(same, same)
-    if not value.is_finite():
-        raise UnresolvedError("a ball", value=str(value), must="must be finite", remedy="Use more bits.")
-    low, high = (end.man_exp() for end in (value.lower(), value.upper()))
-    return Enclosure(*(int(man) * Fraction(2) ** int(power) for man, power in (low, high)))
 
 
 class Data:
@@ -209,19 +151,22 @@ class Data:
 
         Raises
         ------
-        SingularStep
+        SingularStepError
             A matrix is singular.
         UnresolvedError
             Balls do not tell.
         """
-        weight2, weight3 = self.lambda2 * update.factor, self.lambda3 * update.factor
+        factor = exact(update.factor)
+        weight2, weight3 = self.lambda2 * factor, self.lambda3 * factor
         ridge_w = [_ridge(weight2, size) for size in update.view_sizes(w)]
         ridge_u = [fmpq(0)] * self.d
         for group in self.groups:
             for k in group:
                 ridge_u[k] = _ridge(weight3, update.modality_size([u[j] for j in group]))
         target = [t + self.lambda1 * x for t, x in zip(self.o, u, strict=True)]
-        coupled = [[x + self.lambda1 * (i == j) for j, x in enumerate(row)] for i, row in enumerate(self.views)]
+        coupled = [
+            [x + self.lambda1 * (i == j) for j, x in enumerate(row)] for i, row in enumerate(self.views)
+        ]
         new_w = _solve("w", coupled, ridge_w, [inner(row, target) for row in self.rows], balls)
         seen = new_w if update.order == "gauss_seidel" else w
         scaled = [[self.lambda1 * x for x in row] for row in self.features]
@@ -248,7 +193,9 @@ def _solve(name: str, matrix: list[Numbers], ridge: Numbers, rhs: Numbers, balls
     entries = [matrix[i][j] + ridge[i] if i == j else matrix[i][j] for i in free for j in free]
     right = [rhs[i] for i in free]
     rational = not balls and all(isinstance(x, fmpq) for x in entries + right)
-    solution = _rationally(name, order, entries, right) if rational else _in_balls(name, order, entries, right)
+    solution = (
+        _rationally(name, order, entries, right) if rational else _in_balls(name, order, entries, right)
+    )
     for i, found in zip(free, solution, strict=True):
         result[i] = found
     return result
@@ -259,18 +206,18 @@ def _rationally(name: str, order: int, entries: Numbers, right: Numbers) -> Numb
     try:
         return list(matrix.solve(fmpq_mat(order, 1, right)).entries())
     except ZeroDivisionError:
-        raise SingularStep(name, order, int(matrix.rank())) from None
+        raise SingularStepError(name, order, int(matrix.rank())) from None
 
 
 def _in_balls(name: str, order: int, entries: Numbers, right: Numbers) -> Numbers:
     matrix = arb_mat(order, order, [arb(x) for x in entries])
     try:
-        return list(matrix.solve(arb_mat(order, 1, [arb(x) for x in right]), algorithm='precond').entries())
+        return list(matrix.solve(arb_mat(order, 1, [arb(x) for x in right]), algorithm="precond").entries())
     except ZeroDivisionError:
         if all(isinstance(x, fmpq) for x in entries):
             rank = int(fmpq_mat(order, order, entries).rank())
             if rank < order:
-                raise SingularStep(name, order, rank) from None
+                raise SingularStepError(name, order, rank) from None
         must = "must be invertible throughout its balls"
         what = f"the matrix of the update of {name}"
         raise UnresolvedError(what, value=f"{flint.ctx.prec} bits", must=must, remedy="Use more.") from None

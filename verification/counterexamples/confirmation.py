@@ -113,4 +113,8 @@ def _rounded(value: Fraction) -> Fraction:
 def _is_number(value: Any) -> bool:
     if isinstance(value, str):
         return bool(value) and value.lstrip("-").replace("/", "").isdigit()
-    return isinstance(value, list) and len(value) == 2 and all(isinstance(v, str) and _is_number(v) for v in value)
+    return (
+        isinstance(value, list)
+        and len(value) == 2
+        and all(isinstance(v, str) and _is_number(v) for v in value)
+    )

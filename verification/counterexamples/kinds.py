@@ -60,7 +60,7 @@ def confirm(record: Record, checks: Mapping[str, Check]) -> Confirmation:
         result = BY_KIND[record.kind](record) if record.kind in BY_KIND else _case(record, checks)
     except (KeyError, TypeError, IndexError, ZeroDivisionError) as fault:
         must = f"must have the fields of kind {record.kind} ({type(fault).__name__}: {fault})"
-        raise FileFormatError(f"{record.id}: fields", value=dict(record.fields), must=must) from None
+        raise FileFormatError(f"{record.id}: fields", value=dict(record.fields), must=must) from fault
     if not result.confirmed:
         return result
     wrong = [name for name in sorted(record.expect) if not agree(record.expect[name], result.found.get(name))]
@@ -100,13 +100,17 @@ def _case(record: Record, checks: Mapping[str, Check]) -> Confirmation:
         raise FileFormatError(f"{record.id}: problem", value=record.problem, must="must be in float64")
     if name not in checks:
         return Confirmation(False, f"there is no check {name!r} any more")
-    seen = next((s for s in _observed(checks[name], problem, Player(drawn, (n, d))) if s.part == record.part), None)
+    seen = next(
+        (s for s in _observed(checks[name], problem, Player(drawn, (n, d))) if s.part == record.part), None
+    )
     if seen is None:
         return Confirmation(False, f"the check {name!r} says nothing of {record.part} here")
     failed = seen.outcome is Outcome.FAILED
     finding = seen.detail or f"measure {seen.measure!r}"
     return Confirmation(
-        failed, finding if failed else f"the case is {seen.outcome.value} now", {"outcome": seen.outcome.value}
+        failed,
+        finding if failed else f"the case is {seen.outcome.value} now",
+        {"outcome": seen.outcome.value},
     )
 
 
@@ -116,4 +120,6 @@ def _observed(check: Check, problem: Problem, source: Player) -> tuple[Observati
         return tuple(check.observe(problem, source))
     except Exception as fault:
         must = "must not raise"
-        raise SolverError(f"check {check.name!r}", value=f"{type(fault).__name__}: {fault}", must=must) from fault
+        raise SolverError(
+            f"check {check.name!r}", value=f"{type(fault).__name__}: {fault}", must=must
+        ) from fault

@@ -7,9 +7,11 @@ from typing import Any
 from convexperc.errors import FileFormatError
 from verification.counterexamples.confirmation import Confirmation, Line, minus, point, shown, text
 from verification.counterexamples.record import Record, numbers_of
+from verification.exact_arithmetic import UnresolvedError
 from verification.exact_loop import Iterate, image, iterates, step
-from verification.exact_problem import ExactProblem, Rational, is_optimal, optimum_bounds, value
-from verification.exact_update import SingularStep, UnresolvedError, Update
+from verification.exact_optimality import is_optimal, optimum_bounds, value
+from verification.exact_problem import ExactProblem, Rational
+from verification.exact_update import SingularStepError, Update
 from verification.oracles import Enclosure
 
 SHOWN_AFTER = 3
@@ -25,10 +27,9 @@ def confirm_rise(record: Record) -> Confirmation:
         return Confirmation(False, f"there is no iteration {k}: a system is singular", lines=_lines(course))
     change = minus(course[k].F, course[k - 1].F)
     found = {"F": [text(at.F) for at in course], "rise": text(change), "F_star": text(optimum)}
-    rises = {i: "rises" for i in range(1, k + 1) if course[i].F.lower > course[i - 1].F.upper}
     before, after = shown(course[k - 1].F), shown(course[k].F)
     finding = f"iteration {k}: F {before} -> {after}, a rise of {shown(change)}; F* = {shown(optimum)}"
-    return Confirmation(change.lower > 0, finding, found, _lines(course, rises), optimum=optimum)
+    return Confirmation(change.lower > 0, finding, found, _lines(course), optimum=optimum)
 
 
 def confirm_wrong_limit(record: Record) -> Confirmation:
@@ -55,7 +56,9 @@ def confirm_wrong_limit(record: Record) -> Confirmation:
         caught = caught and _is_fixed(record, problem, limit)
     finding = f"from iteration {k} on {what}: {least}"
     if not caught:
-        finding = f"iteration {k} is not in a box that maps into itself round its fixed point, nor a repetition"
+        finding = (
+            f"iteration {k} is not in a box that maps into itself round its fixed point, nor a repetition"
+        )
     return Confirmation(
         caught and excess.lower > 0, finding, found, _lines(course, {k: "stays"}), optimum=optimum
     )
@@ -137,9 +140,10 @@ def confirm_singular(record: Record) -> Confirmation:
     exactly = [tuple(x.lower for x in part) for part in (course[-1].w, course[-1].u)]
     try:
         step(problem, update_of(record), *exactly)
-    except SingularStep as fault:
+    except SingularStepError as fault:
         found = {"order": fault.order, "rank": fault.rank, "F": [text(at.F) for at in course]}
-        finding = f"after iteration {k} the {fault.order} x {fault.order} matrix of {fault.system} has rank {fault.rank}"
+        size = f"{fault.order} x {fault.order}"
+        finding = f"after iteration {k} the {size} matrix of {fault.system} has rank {fault.rank}"
         exact = all(x.width == 0 for x in (*course[-1].w, *course[-1].u))
         return Confirmation(exact and fault.system == system, finding, found, _lines(course, remarks))
     return Confirmation(False, f"the matrices after iteration {k} are not singular", lines=_lines(course))
@@ -154,7 +158,9 @@ def the_problem(record: Record) -> ExactProblem:
         It has none.
     """
     if record.problem is None:
-        raise FileFormatError(f"{record.id}: problem", value=None, must=f"must be given in kind {record.kind}")
+        raise FileFormatError(
+            f"{record.id}: problem", value=None, must=f"must be given in kind {record.kind}"
+        )
     return record.problem
 
 
@@ -175,8 +181,14 @@ def _point(record: Record, name: str) -> tuple[Rational, Rational]:
 
 
 def _lines(course: Sequence[Iterate], remarks: dict[int, str] | None = None) -> tuple[Line, ...]:
+    """With "rises" wherever F rose beyond doubt."""
     said = remarks or {}
-    return tuple(Line(i, at, said.get(i, "")) for i, at in enumerate(course))
+    lines = []
+    for i, at in enumerate(course):
+        rose = i > 0 and at.F.lower > course[i - 1].F.upper
+        words = (["rises"] if rose else []) + ([said[i]] if i in said else [])
+        lines.append(Line(i, at, ", ".join(words)))
+    return tuple(lines)
 
 
 def _names(problem: ExactProblem) -> list[str]:

@@ -9,15 +9,8 @@ from convexperc.errors import FileFormatError
 from verification.counterexamples.confirmation import Confirmation, Side, minus, point, shown, text
 from verification.counterexamples.loops import the_problem
 from verification.counterexamples.record import Record, numbers_of
-from verification.exact_problem import (
-    ExactProblem,
-    Rational,
-    dot,
-    is_optimal,
-    rational_root,
-    residuals,
-    value,
-)
+from verification.exact_optimality import dot, is_optimal, rational_root, residuals, value
+from verification.exact_problem import ExactProblem, Rational
 from verification.operation_counts import eliminate
 from verification.oracles import Enclosure
 
@@ -39,7 +32,7 @@ def confirm_inequality(record: Record) -> Confirmation:
         return _compared(("w'D w", left), ("||w||^2/(2||v||_1)", right), fails=left != right, sign="!=")
     if relation == "appendix-objective":
         problem, (w, u) = the_problem(record), _point(record, record.fields)
-        p, q = residuals(problem, w, u)
+        _, q = residuals(problem, w, u)
         ours = value(problem, w, u)
         theirs = minus(ours, point((problem.lambda1 - 1) * dot(q, q)))
         apart = theirs.lower > ours.upper or theirs.upper < ours.lower
@@ -71,7 +64,9 @@ def confirm_derivative(record: Record) -> Confirmation:
     outside = printed.upper < low or printed.lower > high
     symbol = f"dF/d{name}_{index + 1}"
     found = {"printed": text(printed), "derivative": text(true)}
-    finding = f"{symbol} lies in [{shown(point(low))}, {shown(point(high))}]; as printed it is {shown(printed)}"
+    finding = (
+        f"{symbol} lies in [{shown(point(low))}, {shown(point(high))}]; as printed it is {shown(printed)}"
+    )
     return Confirmation(outside, finding, found, sides=(Side("as printed", printed), Side(symbol, true)))
 
 
@@ -107,7 +102,8 @@ def confirm_similarity(record: Record) -> Confirmation:
     found = {"spread": [str(x) for x in spreads]}
     pairs = ", ".join(f"{s} at lambda3 = {x}" for s, x in zip(spreads, weights, strict=True))
     sides = tuple(
-        Side(f"max |u_k| / min |u_k| at lambda3 = {x}", point(s)) for x, s in zip(weights, spreads, strict=True)
+        Side(f"max |u_k| / min |u_k| at lambda3 = {x}", point(s))
+        for x, s in zip(weights, spreads, strict=True)
     )
     finding = f"the spread within the modality does not fall: {pairs}"
     if not proved:
@@ -155,7 +151,9 @@ def _point(record: Record, data: Any) -> tuple[Rational, Rational]:
     return numbers_of(record, data["w"], "w"), numbers_of(record, data["u"], "u")
 
 
-def _compared(left: tuple[str, Fraction], right: tuple[str, Fraction], *, fails: bool, sign: str) -> Confirmation:
+def _compared(
+    left: tuple[str, Fraction], right: tuple[str, Fraction], *, fails: bool, sign: str
+) -> Confirmation:
     return _sides((left[0], point(left[1])), (right[0], point(right[1])), fails, sign)
 
 

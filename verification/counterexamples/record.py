@@ -1,17 +1,12 @@
 """A counterexample as a JSON record: read, checked against its schema, and written whole."""
 
-import json
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 from convexperc.errors import FileFormatError
-from convexperc.records import write_json
 from verification.claims import PARTS
 from verification.exact_problem import NUMBER, ExactProblem
 
@@ -30,11 +25,26 @@ KINDS: dict[str, tuple[str, ...]] = {
 }
 """The fields of each kind, besides those of every record."""
 
+OPTIONAL = ("eps", "period", "box", "limit", "v", "t", "w", "u")
+"""Fields that not every record of a kind has."""
+
 WITHOUT_PROBLEM = ("exponent", "inequality")
 """Kinds whose problem may be null; an inequality between vectors has none."""
 
 ID = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
-_KEYS = ("schema", "id", "claim", "part", "kind", "statement", "problem", "fields", "expect", "origin", "size")
+_KEYS = (
+    "schema",
+    "id",
+    "claim",
+    "part",
+    "kind",
+    "statement",
+    "problem",
+    "fields",
+    "expect",
+    "origin",
+    "size",
+)
 
 
 @dataclass(frozen=True)
@@ -135,10 +145,10 @@ def parse(data: Any, source: str) -> Record:
     for name in ("fields", "expect"):
         if not isinstance(data[name], dict):
             raise FileFormatError(f"{source}: {name}", value=data[name], must="must be an object")
-    unknown = set(data["fields"]) - set(KINDS[data["kind"]])
-    if unknown:
-        must = f"may only have {', '.join(KINDS[data['kind']])} in kind {data['kind']}"
-        raise FileFormatError(f"{source}: fields", value=sorted(unknown), must=must)
+    known, given = KINDS[data["kind"]], data["fields"]
+    if set(given) - set(known) or any(name not in given for name in known if name not in OPTIONAL):
+        must = f"must have {', '.join(known)} in kind {data['kind']} ({', '.join(OPTIONAL)} where they apply)"
+        raise FileFormatError(f"{source}: fields", value=sorted(given), must=must)
     try:
         problem = None if data["problem"] is None else ExactProblem.from_json(data["problem"])
         size = Size(str(data["size"]["text"]), int(data["size"]["number"]))
@@ -171,71 +181,6 @@ def _check_heading(data: dict[str, Any], source: str) -> None:
     if PARTS[data["part"]].claim != data["claim"]:
         must = f"must be {PARTS[data['part']].claim!r}, the claim of {data['part']}"
         raise FileFormatError(f"{source}: claim", value=data["claim"], must=must)
-
-
-def load(path: str | os.PathLike[str]) -> Record:
-    """Read a record.
-
-    Raises
-    ------
-    FileFormatError
-        No such file, no JSON, or not as the schema says.
-    """
-    place = Path(path)
-    try:
-        data = json.loads(place.read_text(encoding="utf-8"))
-    except OSError as fault:
-        raise FileFormatError(place.name, value=fault.strerror, must="must be a readable file") from None
-    except (ValueError, RecursionError) as fault:
-        raise FileFormatError(place.name, value=str(fault), must="must be JSON") from None
-    record = parse(data, place.name)
-    if place.stem != record.id:
-        raise FileFormatError(f"{place.name}: id", value=record.id, must="must be the name of its file")
-    return record
-
-
-def load_all(folder: str | os.PathLike[str]) -> tuple[Record, ...]:
-    """Read every record of a folder, by id.
-
-    Raises
-    ------
-    FileFormatError
-        As `load`; also where there is no such folder.
-    """
-    place = Path(folder)
-    if not place.is_dir():
-        raise FileFormatError(os.fspath(folder), value="no folder", must="must be a folder of records")
-    return tuple(load(path) for path in sorted(place.glob("*.json")))
-
-
-def catalogue() -> tuple[Record, ...]:
-    """Read the records that come with the verifier, by id."""
-    folder = files("verification.counterexamples") / "catalogue"
-    names = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".json"))
-    return tuple(parse(json.loads((folder / name).read_text(encoding="utf-8")), name) for name in names)
-
-
-def schema() -> dict[str, Any]:
-    """The JSON Schema of a record."""
-    text = (files("verification.counterexamples") / "counterexample.schema.json").read_text(encoding="utf-8")
-    return dict(json.loads(text))
-
-
-def save(record: Record, folder: str | os.PathLike[str]) -> Path:
-    """Write a record to `folder`/id.json, whole or not at all, and return its place.
-
-    Raises
-    ------
-    FileFormatError
-        The record is not what could be read back.
-    InputError
-        The folder cannot be written.
-    """
-    data = record.as_json()
-    parse(data, record.id)
-    place = Path(folder) / f"{record.id}.json"
-    write_json(place, data)
-    return place
 
 
 def numbers_of(record: Record, values: Any, name: str) -> tuple[Fraction, ...]:

@@ -25,7 +25,7 @@ VIOLATED = 1e-6
 ITERATIONS = 12
 """Iterations tried for a rise."""
 
-SETTLED = 400
+SETTLED = 100
 """Iterations after which a run with an exact zero is taken to have settled."""
 
 Flags = NDArray[np.bool_]
@@ -60,7 +60,9 @@ def smallest_rise(update: Update, largest: int, most: int) -> Found | None:
     most : int
         Largest sum of the sizes of all numbers.
     """
-    return _first(largest, most, lambda batch: _rising(update, batch), lambda p: first_rise(update, p) or None)
+    return _first(
+        largest, most, lambda batch: _rising(update, batch), lambda p: first_rise(update, p) or None
+    )
 
 
 def smallest_lock(update: Update, largest: int, most: int, part: str) -> Found | None:
@@ -115,7 +117,7 @@ def _rising(update: Update, batch: Batch) -> Flags:
 
 
 def _locked(update: Update, batch: Batch, part: str) -> Flags:
-    """Where a zero of the start violates its condition in the limit: |Xa - b|_j > lambda2, ||X_i'b|| > lambda3."""
+    """Where a zero of the start is wrong in the limit: |Xa - b|_j > lambda2 or ||X_i'b|| > lambda3."""
     l1, l2, l3 = batch.lambdas
     w, u = batch.start()
     zero_w, zero_u = (w == 0) & (l2 > 0)[:, None], (batch.norms(u) == 0) & (l3 > 0)[:, None]

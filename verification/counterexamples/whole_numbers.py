@@ -38,7 +38,11 @@ def problems(n: int, sizes: tuple[int, ...], total: int, lambda1: int = 1) -> It
     """
     d = sum(sizes)
     for numbers in _whole(n * d + d + 3, total, signed=n * d + d):
-        if numbers[0] > 0 and numbers[-3] >= lambda1 and all(any(numbers[i * d : i * d + d]) for i in range(n)):
+        if (
+            numbers[0] > 0
+            and numbers[-3] >= lambda1
+            and all(any(numbers[i * d : i * d + d]) for i in range(n))
+        ):
             yield numbers
 
 
@@ -97,7 +101,7 @@ class Batch:
     def step(self, update: Update, w: Floats, u: Floats) -> tuple[Floats, Floats]:
         """One iteration; NaN where a matrix is (nearly) singular."""
         l1, l2, l3 = self.lambdas
-        half, eps, X = float(str(update.factor) == "1") / 4 + 0.25, float(update.eps), self.X
+        half, eps, X = float(update.factor) / 2, float(update.eps), self.X
         absolute = np.abs(w)
         sizes = {
             "w_i": w,
