@@ -98,7 +98,7 @@ def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
         repairs = [
             f"{part.key} {_verdict_in_words(parts[part.key])}" for part in nearest_true_form(claim)
         ] or ["none is stated"]
-        reason = f"refuted: {', '.join(refuted)} ({len(refuted)} of {len(stated)} stated)"
+        reason = f"{', '.join(refuted)} ({len(refuted)} of {len(stated)} stated)"
         return Judgement(Verdict.REFUTED, f"{reason}; nearest true form: {', '.join(repairs)}")
     weakest = min((parts[part.key].verdict for part in stated), key=WEAKEST_FIRST.index)
     at_it = [part.key for part in stated if parts[part.key].verdict is weakest]

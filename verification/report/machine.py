@@ -6,6 +6,7 @@ Schema: `report.schema.json` beside this file.
 import hashlib
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any
@@ -17,6 +18,8 @@ from verification.evidence import Argument, Count, Evidence, Judgement, Refutati
 from verification.verdicts import nearest_true_form
 
 SCHEMA = "convexperc/report/1"
+UNPRINTABLE = re.compile(r"[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""What XML 1.0 cannot hold, and HTML should not."""
 NEEDED = ("command", "profile", "seed", "versions")
 """Settings without which nobody could repeat the run."""
 
@@ -80,14 +83,14 @@ def report_file(record: Mapping[str, Any]) -> bytes:
 
 
 def plain(value: Any) -> Any:
-    """JSON data, with the words "inf", "-inf" and "nan" where JSON has no number."""
+    """JSON data, with the words "inf", "-inf" and "nan" where JSON has no number, "?" for what no file can hold."""
     if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
+        return {plain(str(key)): plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
         return [plain(entry) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
-    return str(value) if isinstance(value, str) else value
+    return UNPRINTABLE.sub("?", str(value)) if isinstance(value, str) else value
 
 
 def _outcome(assessment: Assessment) -> dict[str, Any]:

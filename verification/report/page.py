@@ -74,6 +74,7 @@ def _environment() -> Environment:
         "shade": _shade,
         "cell": _cell,
         "measure": sentences.measure,
+        "sentence": sentences.sentence,
     }
     return environment
 

@@ -4,6 +4,7 @@ import html
 import io
 import math
 import re
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from convexperc.errors import InputError
 
@@ -63,7 +64,8 @@ def plot(name: str, series: Mapping[str, Any], label: str) -> str:
     """
     try:
         height, draw = DRAWN[name]
-        with mpl.rc_context(STYLE):
+        with mpl.rc_context(STYLE), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
             figure = Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
             FigureCanvasAgg(figure)
             draw(figure.subplots(), series)
@@ -135,7 +137,7 @@ def _rate(axes: Axes, series: Mapping[str, Any]) -> None:
     k = np.geomspace(1.0, longest, 60) - 1.0
     reference = REFERENCES[series["reference"]](k)
     axes.plot(k + 1.0, reference, color=INK, linewidth=0.9, linestyle=(0, (1, 2)), label=series["reference"])
-    axes.set(xscale="log", yscale="log")
+    _logarithmic(axes, "x", "y")
     _finish(axes, "iteration k, plus 1", "F - F*")
 
 
@@ -150,7 +152,8 @@ def _cost(axes: Axes, series: Mapping[str, Any], what: str = "multiplications") 
             markersize=4,
             **_line(at),
         )
-    axes.set(xscale="log", yscale="log")
+    _logarithmic(axes, "x", "y")
+    axes.xaxis.set_major_locator(LogLocator(2.0, numticks=8))
     _finish(axes, "size (n for step 6, else d)", what)
 
 
@@ -165,7 +168,8 @@ def _clarabel(axes: Axes, series: Mapping[str, Any]) -> None:
         axes.plot(
             scales, 100.0 * _numbers(series[key]), label=label, marker=MARKS[at], markersize=4.5, **_line(at)
         )
-    axes.set(xscale="log", ylim=(-4, 104))
+    _logarithmic(axes, "x")
+    axes.set_ylim(-4, 104)
     _finish(axes, f"scale ({series['per_scale']} problems each)", "share of the answers, %")
 
 
@@ -190,6 +194,16 @@ def _words(name: str) -> str:
         .replace("_", " ")
         .replace("/", ", ")
     )
+
+
+def _logarithmic(axes: Axes, *names: str) -> None:
+    """Make these axes logarithmic, with at most seven labels that need no superscript."""
+    for name in names:
+        axes.set(**{f"{name}scale": "log"})
+        axis = getattr(axes, f"{name}axis")
+        axis.set_major_locator(LogLocator(10.0, numticks=7))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def _line(at: int) -> dict[str, Any]:

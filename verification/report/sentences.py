@@ -48,12 +48,27 @@ def cases(count: Mapping[str, int]) -> str:
     return f"{total:,} {'case' if total == 1 else 'cases'}: {listed(told)}."
 
 
-def worst(part: Record) -> str:
-    """The worst measure of a part and where it was met; empty where nothing is measured."""
+def worst(part: Record, told: bool = False) -> str:
+    """The worst measure of a part and where it was met; empty where nothing is measured.
+
+    What it measures is left out if it was `told` before.
+    """
     count = part["count"]
     if not part["measure"] or not count["held"] + count["failed"] + count["undecided"]:
         return ""
-    return f"Worst: {measure(count['worst'])}, in family {part['worst_family']} ({part['measure']})."
+    where = f"Worst: {measure(count['worst'])}, in family {part['worst_family'].replace('_', ' ')}"
+    return f"{where}." if told else f"{where} ({part['measure']})."
+
+
+def common(claim: Record, field: str) -> str:
+    """What all of several parts of a claim have in this field, to be told once; else empty."""
+    values = {part[field] for part in claim["parts"]}
+    return values.pop() if len(values) == 1 and len(claim["parts"]) > 1 else ""
+
+
+def sentence(text: str) -> str:
+    """With a capital and a full stop."""
+    return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
 
 
 def measure(value: float | str) -> str:

@@ -136,9 +136,9 @@ FIGURES = (
         "distance",
         "T1b",
         "Where the iteration ends",
-        "Each row is one reading in one order: the darker a cell, the larger the share of its runs"
-        " that ended with that relative distance (F(last) - F*)/F*. The line is the tolerance. Runs"
-        " without an end are not in the cells; the numbers on the right count the runs in the row"
+        "Each row is one reading in one order (GS: Gauss-Seidel): the darker a cell, the larger the"
+        " share of its runs that ended with that relative distance (F(last) - F*)/F*. The line is the"
+        " tolerance. Runs without an end are not in the cells; the numbers on the right count the runs in the row"
         " and, after the plus sign, the undecided ones.",
     ),
     Figure(
