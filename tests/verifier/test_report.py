@@ -1,0 +1,401 @@
+"""The report: the same bytes for the same evidence, a page that needs nothing, hostile strings harmless."""
+
+import hashlib
+import json
+import re
+import subprocess
+from html.parser import HTMLParser
+from importlib.resources import files as resources
+from xml.etree import ElementTree
+
+import jsonschema
+import pytest
+from made_up import MACHINE, SETTINGS, argument, evidence, refutation, series, verdicts
+
+from convexperc.errors import FileFormatError, InputError
+from verification import environment
+from verification.baseline import assess
+from verification.claims import CLAIMS, PARTS
+from verification.evidence import Argument, Checker, Count, Refutation, Step, Verdict
+from verification.report.diff import diff, read_report
+from verification.report.machine import digest, report_record
+from verification.report.markdown import VOLATILE
+from verification.report.plots import DRAWN, plot
+from verification.report.write import files, write
+from verification.verdicts import judge_all
+
+RECORDS = {"d1-printed.json": b"{}\n", "l2-inequality.json": b"[]\n"}
+EVIL = "<script src='http://evil'>alert(1)</script> | **x** `y` &amp; \x00 {{ 7*7 }} \"' ]]> --> $x$"
+TIMES = {"step6": {"x": [8, 16], "y": [1e-5, 8e-5], "slope": 3.0}}
+
+
+def rendered(made=None, baseline=None, records=RECORDS):
+    made = made or evidence()
+    return files(made, judge_all(made), baseline or verdicts(made), records)
+
+
+def record(made=None, baseline=None):
+    made = made or evidence()
+    judged, expected = judge_all(made), baseline or verdicts(made)
+    return report_record(made, judged, expected, assess(made, judged, expected), RECORDS)
+
+
+@pytest.fixture(scope="module")
+def good():
+    return rendered()
+
+
+def test_the_same_evidence_gives_the_same_bytes(good):
+    assert rendered() == good
+
+
+def test_two_machines_differ_in_one_block_alone(good):
+    other = rendered(evidence(volatile={"date": "later", "commit": "f00", "times": TIMES}))
+    for name, mark in (("report.html", '<section id="volatile">'), ("report.md", VOLATILE)):
+        before, after = (found[name].decode().partition(mark) for found in (good, other))
+        assert before[1] == after[1] == mark
+        assert before[0] == after[0], name
+        assert before[2] != after[2], name
+    mine, theirs = (json.loads(found["report.json"]) for found in (good, other))
+    assert [key for key in mine if mine[key] != theirs[key]] == ["volatile"]
+    same = set(good) - {"report.html", "report.md", "report.json"}
+    assert all(good[name] == other[name] for name in same), same
+
+
+def test_the_digest_moves_with_every_finding_and_with_nothing_volatile():
+    found = record()
+    assert found["digest"] == digest(found) == record(evidence(volatile={}))["digest"]
+    changed = evidence(settings=SETTINGS | {"seed": 1}), evidence(missing=["x"]), evidence(series={})
+    digests = {record(made)["digest"] for made in changed} | {found["digest"]}
+    assert len(digests) == 4, digests
+
+
+class Page(HTMLParser):
+    """What the tests need of a page."""
+
+    VOID = ("meta", "br")
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.ids, self.links, self.levels, self.text = [], [], [], [], ""
+        self.tags = set()
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        named = dict(attrs)
+        self.tags.add(tag)
+        if tag not in self.VOID:
+            self.open.append(tag)
+        if "id" in named:
+            self.ids.append(named["id"])
+        if "href" in named:
+            self.links.append(named["href"])
+        if re.fullmatch("h[1-6]", tag):
+            self.levels.append(int(tag[1]))
+        assert not any(name.startswith("on") or name == "src" for name in named), (tag, named)
+        assert tag != "svg" or len(named["aria-label"]) > 40, named
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        if tag not in self.VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, (tag, self.getpos())
+
+    def handle_data(self, data):
+        self.text += data
+
+
+@pytest.mark.parametrize(
+    "made", [evidence(volatile=MACHINE | {"times": TIMES}), evidence(series={}, missing=["a"])]
+)
+def test_the_page_is_well_formed_and_needs_nothing_else(made):
+    text = rendered(made)["report.html"].decode()
+    page = Page(text)
+    assert page.open == []
+    assert len(page.ids) == len(set(page.ids)), [each for each in page.ids if page.ids.count(each) > 1]
+    assert {link.removeprefix("#") for link in page.links} <= set(page.ids)
+    assert all(link.startswith("#") for link in page.links)
+    assert {each.replace("/", "-") for each in [*CLAIMS, *PARTS]} <= set(page.ids)
+    assert not page.tags & {"script", "link", "iframe", "img", "object", "embed", "image", "base", "form"}
+    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)", text))
+    assert "@import" not in text
+    assert "http" not in text
+    steps = list(zip([0, *page.levels], page.levels, strict=False))
+    assert all(after <= before + 1 for before, after in steps), steps
+    assert len(text.encode()) < 1_000_000
+    found = set(re.findall(r'\bhref="#([^"]*)"|url\(#([^)]*)\)', text))
+    assert {a or b for a, b in found} <= set(page.ids)
+
+
+def test_what_was_not_run_is_said_and_never_an_empty_picture():
+    none = rendered(evidence(series={}))
+    assert "<svg" not in none["report.html"].decode()
+    for name in ("report.html", "report.md"):
+        assert none[name].decode().count("not run in this profile") >= 5, name
+    some = rendered(evidence(series={"cost": series()["cost"]}))["report.html"].decode()
+    assert some.count("<svg") == 1
+
+
+def test_a_report_says_what_it_found(good):
+    page, text = Page(good["report.html"].decode()).text, good["report.md"].decode()
+    squeezed = " ".join(page.split())
+    for claim in CLAIMS.values():
+        assert claim.statement in squeezed, claim.id
+        assert all(part.statement in squeezed for part in claim.parts), claim.id
+    for needed in (
+        "1,266 failed",
+        "Worst: 1e-05, in family orthogonal target",
+        "X = lambda1 = 1, o = -1, lambda2 = 4, lambda3 = 0: F goes 4, 9, 9; F* = 1",
+        "python -m verification replay t1a-printed-gauss-seidel",
+        "python -m verification report --profile quick --seed 0",
+        "hypotheses: none; negation unsatisfiable",
+        "30 claims in 87 formal parts",
+        "Every verdict is the one that the baseline expects",
+        "numpy2.0.0",
+        "7/250",
+    ):
+        assert needed in squeezed.replace("versions: numpy ", "numpy"), needed
+    assert "python -m verification replay t1a-printed-gauss-seidel" in text
+    order = [
+        text.index(f"\n## {title}")
+        for title in ("Verdicts", "How", "The claims", "Known", "Evidence", "Env", "What")
+    ]
+    assert order == sorted(order)
+
+
+@pytest.mark.parametrize(
+    ("changes", "code", "message"),
+    [
+        ({"missing": ["family one_view"]}, 3, "missing: family one_view"),
+        ({"arguments": []}, 1, "D1/corrected: supported, the baseline says holds"),
+    ],
+)
+def test_a_run_that_is_not_as_expected_says_so_first(changes, code, message):
+    made = evidence(**changes)
+    found = rendered(made, verdicts(evidence()))
+    assert json.loads(found["report.json"])["outcome"]["code"] == code
+    page = Page(found["report.html"].decode()).text
+    assert message in page.partition("1. Verdicts")[0]
+    assert message.replace("_", r"\_") in found["report.md"].decode().partition("## Verdicts")[0]
+
+
+def test_the_file_for_machines_follows_its_schema():
+    schema = json.loads(
+        resources("verification.report").joinpath("report.schema.json").read_text(encoding="utf-8")
+    )
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+    found = json.loads(rendered()["report.json"])
+    validator.validate(found)
+    assert found["claims"][0]["parts"][0]["count"]["held"] == 8250
+    worst = {part["key"]: part["count"]["worst"] for claim in found["claims"] for part in claim["parts"]}
+    assert worst["N1/w_system"] == "inf"
+    for path, value in {("digest",): "0", ("claims", 0, "verdict"): "true", ("outcome", "code"): 2}.items():
+        wrong = json.loads(json.dumps(found))
+        place = wrong
+        for step in path[:-1]:
+            place = place[step]
+        place[path[-1]] = value
+        assert not validator.is_valid(wrong), path
+    del found["volatile"]
+    assert not validator.is_valid(found)
+
+
+def test_junit_has_a_case_a_part_and_fails_where_the_verdict_is_another():
+    made = evidence(missing=["family one_view"])
+    root = ElementTree.fromstring(rendered(made)["junit.xml"])
+    cases = {case.get("name"): case for case in root.iter("testcase")}
+    assert set(PARTS) <= set(cases)
+    assert {key for key, case in cases.items() if case.find("skipped") is not None} == {
+        key for key, part in PARTS.items() if CLAIMS[part.claim].testable
+    }
+    failures = [case for case in cases.values() if case.find("failure") is not None]
+    assert [case.get("name") for case in failures] == ["nothing that is required is missing or open"]
+    assert (root.get("tests"), root.get("failures"), root.get("skipped")) == (str(len(PARTS) + 3), "1", "8")
+    other = verdicts(made) | {"F1/convex": Verdict.REFUTED}
+    failed = ElementTree.fromstring(rendered(made, other)["junit.xml"]).findall(".//failure")
+    assert failed[0].get("message") == "holds; the baseline says refuted"
+    assert {case.get("time") for case in root.iter("testcase")} == {"0"}
+
+
+def test_hostile_strings_stay_text():
+    step = Step(EVIL, Checker.Z3, True, EVIL)
+    found = rendered(
+        evidence(
+            settings=SETTINGS | {"command": EVIL, "profile": EVIL, EVIL: {EVIL: EVIL}},
+            counts=[Count("F2/conic", EVIL, held=3, failed=1)],
+            arguments=[Argument("F1/convex", EVIL, EVIL, (step,))],
+            refutations=[Refutation(EVIL, "D1/printed", True, EVIL, EVIL, EVIL)],
+            series={"counterexample": {"title": EVIL, "F_star": [0, 1], "runs": {EVIL: [1, 2]}}},
+            missing=[EVIL],
+            volatile={EVIL: EVIL, "times": {EVIL.replace("\x00", ""): TIMES["step6"]}},
+        )
+    )
+    page = Page(found["report.html"].decode())
+    assert "script" not in page.tags
+    assert "alert(1)" in page.text
+    assert "49" not in re.findall(r"\{\{ 7\*7 \}\}|\b49\b", page.text)
+    assert "<script" not in found["report.md"].decode()
+    assert "<script" not in found["junit.xml"].decode()
+    root = ElementTree.fromstring(found["junit.xml"])
+    assert any("alert(1)" in (case.text or "") for case in root.iter("failure"))
+    table = next(line for line in found["report.md"].decode().splitlines() if line.startswith("| F1 "))
+    assert len(re.findall(r"(?<!\\)\|", table)) == 5, table
+
+
+def test_a_drawing_is_the_same_each_time_and_fits_beside_others():
+    data = series() | {"times": TIMES}
+    drawn = {name: plot(name, data[name], f"label of {name}") for name in DRAWN}
+    assert drawn == {name: plot(name, data[name], f"label of {name}") for name in DRAWN}
+    ids = [each for svg in drawn.values() for each in re.findall(r'\bid="([^"]*)"', svg)]
+    assert len(ids) == len(set(ids))
+    assert "mathdefault" not in "".join(drawn.values())
+    for name, svg in drawn.items():
+        assert len(svg) < 80_000, (name, len(svg))
+        ElementTree.fromstring(svg)
+
+
+WRONG = {
+    "counterexample": {"F_star": [1.0], "runs": {}},
+    "distance": {"edges": [1, 2, 3], "counts": {"a": [1]}, "undecided": {"a": 0}},
+    "rate": {"curves": {"a": [1.0]}, "reference": "another"},
+    "cost": {"step6": {"x": [1, 2], "y": [1], "slope": 1}},
+    "clarabel": {"scales": [1.0], "per_scale": 1},
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_series_of_another_shape_is_refused_by_name(name):
+    with pytest.raises(InputError, match=f"series '{name}'"):
+        rendered(evidence(series={name: WRONG[name]}))
+
+
+@pytest.mark.parametrize("name", ["command", "profile", "seed", "versions"])
+def test_a_run_that_nobody_could_repeat_is_refused(name):
+    settings = {key: value for key, value in SETTINGS.items() if key != name}
+    with pytest.raises(InputError, match=name):
+        rendered(evidence(settings=settings))
+
+
+def test_the_files_are_whole_and_their_sums_right(tmp_path):
+    folder = tmp_path / "new" / "report"
+    made = evidence()
+    write(made, judge_all(made), verdicts(made), folder, RECORDS)
+    lines = (folder / "SHA256SUMS").read_text().splitlines()
+    names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+    assert sorted([*(line[66:] for line in lines), "SHA256SUMS"]) == names
+    for line in lines:
+        assert hashlib.sha256((folder / line[66:]).read_bytes()).hexdigest() == line[:64], line
+    mine = folder / "counterexamples" / "mine.json"
+    mine.write_text("{}")
+    write(made, judge_all(made), verdicts(made), folder, {"d1-printed.json": b"{}"})
+    assert sorted(path.name for path in (folder / "counterexamples").iterdir()) == [
+        "d1-printed.json",
+        "mine.json",
+    ]
+
+
+def test_nothing_is_written_where_something_is_wrong(tmp_path):
+    made = evidence(series={"cost": {"step6": {}}})
+    with pytest.raises(InputError, match="series 'cost'"):
+        write(made, judge_all(made), verdicts(made), tmp_path / "out", RECORDS)
+    assert not (tmp_path / "out").exists()
+    made = evidence()
+    for name in ("../x.json", "a/b.json", "X.json", ".json", "x.txt"):
+        with pytest.raises(InputError, match="records"):
+            write(made, judge_all(made), verdicts(made), tmp_path / "out", {name: b""})
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="must be a folder"):
+        write(made, judge_all(made), verdicts(made), tmp_path / "file", RECORDS)
+
+
+def test_equal_reports_do_not_differ(tmp_path):
+    path = tmp_path / "report.json"
+    path.write_bytes(rendered()["report.json"])
+    found = diff(read_report(path), record(evidence(volatile={})))
+    assert (found.code, found.text) == (0, "All verdicts are equal.")
+
+
+def test_a_difference_is_named():
+    changed = evidence(
+        settings=SETTINGS | {"seed": 1, "versions": {"python": "3.11.0", "numpy": "2.1.0"}},
+        counts=[count for count in evidence().counts if (count.part, count.family) != ("F2/conic", "random")],
+        arguments=[argument("F1/convex")],
+        refutations=[
+            refutation("D1/printed"),
+            refutation("A1/objective"),
+            refutation("L2/inequality", False),
+        ],
+    )
+    found = diff(record(), record(changed))
+    assert found.code == 1
+    assert "D1/corrected: holds -> supported" in found.verdicts
+    assert "A1: supported -> refuted" in found.verdicts
+    assert found.counts == ("F2/conic: held 8,250 -> 8,000",)
+    assert "A1/objective: a1-objective appeared" in found.counterexamples
+    assert "L2/inequality: l2-inequality disappeared" in found.counterexamples
+    assert found.settings == (
+        "seed: 0 -> 1",
+        "versions.numpy: 2.0.0 -> 2.1.0",
+        "versions.clarabel: 0.11.1 -> absent",
+    )
+    assert found.text.startswith("Verdicts:\n  F1"), found.text
+    counts = [Count("F2/conic", "random", held=1)]
+    only = diff(record(), record(evidence(counts=[*evidence().counts, *counts])))
+    assert (only.code, only.counts) == (0, ("F2/conic: held 8,250 -> 8,251",))
+
+
+@pytest.mark.parametrize(
+    ("content", "needed"),
+    [
+        ("{", "must be JSON"),
+        ("[]", "'list'"),
+        ('{"schema": "convexperc/bench/1"}', "convexperc/bench/1"),
+        ('{"schema": "convexperc/report/1", "digest": "0", "claims": []}', "changed after it was written"),
+    ],
+)
+def test_what_is_no_report_is_refused(tmp_path, content, needed):
+    path = tmp_path / "report.json"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(FileFormatError) as caught:
+        read_report(path)
+    assert needed in str(caught.value), caught.value
+    with pytest.raises(FileFormatError, match="No such file"):
+        read_report(tmp_path / "none.json")
+
+
+def test_the_environment_names_versions_and_the_machine(tmp_path):
+    found = environment.versions()
+    assert set(environment.DECIDING) < set(found)
+    assert found["numpy"].startswith("2."), found
+    machine = environment.machine()
+    assert set(machine) == {"date", "commit", "system", "processor", "blas", "blas kernel"}
+    assert all(isinstance(value, str) and value for value in machine.values()), machine
+    assert environment.processor(tmp_path / "none") != ""
+    (tmp_path / "cpuinfo").write_text("processor : 0\nmodel name\t: An Abacus @ 1 Hz\n")
+    assert environment.processor(tmp_path / "cpuinfo") == "An Abacus @ 1 Hz"
+
+
+def test_the_commit_is_that_of_the_project_and_of_no_other_checkout(tmp_path):
+    assert environment.commit(tmp_path) == "not a checkout"
+    git = [
+        "git",
+        "-C",
+        str(tmp_path),
+        "-c",
+        "user.name=a",
+        "-c",
+        "user.email=a@b",
+        "-c",
+        "commit.gpgsign=false",
+    ]
+    for command in (["init", "-q"], ["commit", "-q", "--allow-empty", "-m", "x"]):
+        subprocess.run([*git, *command], check=True)
+    clean = environment.commit(tmp_path)
+    assert re.fullmatch("[0-9a-f]{40}", clean), clean
+    (tmp_path / "new").mkdir()
+    (tmp_path / "new" / "file").write_text("")
+    assert environment.commit(tmp_path) == f"{clean}, with changes"
+    assert environment.commit(tmp_path / "new") == "not a checkout"

@@ -1,0 +1,160 @@
+"""report.md: the report as plain text with light marks, for a terminal or a forge."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from verification.evidence import Verdict
+from verification.report import sentences, words
+
+Record = Mapping[str, Any]
+VOLATILE = "## What differs from run to run"
+"""Heading of the last section, the only one that may differ between two runs of one seed."""
+
+
+def markdown(record: Record) -> bytes:
+    """Render report.md.
+
+    Parameters
+    ----------
+    record : mapping
+        See `verification.report.machine.report_record`.
+    """
+    sections = (_top, _reproduce, _ledger, _limits, _evidence, _terms, _settings, _volatile)
+    lines = [line for section in sections for line in section(record)]
+    return ("\n".join(lines).rstrip() + "\n").encode()
+
+
+def prose(text: object) -> str:
+    """Text in one line whose signs mean nothing to Markdown or HTML."""
+    line = " ".join(str(text).split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return re.sub(r"([\\`*_{}\[\]|#~])", r"\\\1", line)
+
+
+def code(text: object) -> str:
+    """Text in one line as code, whatever backticks it holds."""
+    line = " ".join(str(text).split())
+    fence = "`" * (1 + max([len(run) for run in re.findall("`+", line)], default=0))
+    blank = " " if "`" in line else ""
+    return f"{fence}{blank}{line}{blank}{fence}" if line else ""
+
+
+def _top(record: Record) -> Iterator[str]:
+    told, findings = sentences.outcome(record)
+    yield from (f"# {words.TITLE}", "", sentences.headline(record), "", f"**{told}**", "")
+    yield from (f"- {prose(line)}" for line in findings)
+    yield from ("", "## Verdicts", "")
+    verdicts = list(Verdict)
+    yield from _table(
+        ["claims about", *verdicts, "all"],
+        (
+            [row["subject"], *(row["verdicts"][each] for each in verdicts), row["claims"]]
+            for row in record["summary"]
+        ),
+    )
+    yield ""
+    yield from (f"- **{verdict}**: {prose(meaning)}" for verdict, meaning in words.VERDICTS.items())
+    yield ""
+
+
+def _reproduce(record: Record) -> Iterator[str]:
+    settings = record["settings"]
+    yield from ("## How to reproduce this", "", f"    {' '.join(str(settings['command']).split())}", "")
+    yield f"Profile {prose(settings['profile'])}, seed {prose(settings['seed'])}. Versions are listed with"
+    yield "the settings, the commit in the last section. A counterexample, iteration by iteration:"
+    yield from ("", f"    {sentences.replay('ID')}", "")
+
+
+def _ledger(record: Record) -> Iterator[str]:
+    yield from ("## The claims and what became of them", "")
+    rows = (
+        [
+            claim["id"],
+            claim["verdict"],
+            f"{prose(claim['statement'])} ({prose(claim['place'])})",
+            prose(claim["reason"]) + (f"; under: {prose(claim['condition'])}" if claim["condition"] else ""),
+        ]
+        for claim in record["claims"]
+    )
+    yield from _table(["id", "verdict", "claim", "why"], rows)
+    yield ""
+
+
+def _limits(record: Record) -> Iterator[str]:
+    yield from ("## Known limitations", "")
+    yield from (f"- {prose(limitation)}" for limitation in words.LIMITATIONS)
+    for figure in words.FIGURES:
+        if figure.name not in record["series"]:
+            yield f"- {prose(figure.title)} ({figure.claim}): {words.NOT_RUN.lower()}"
+    yield from (f"- **Missing in this run:** {prose(what)}" for what in record["missing"])
+    yield ""
+
+
+def _evidence(record: Record) -> Iterator[str]:
+    yield from ("## Evidence by claim", "")
+    for claim in record["claims"]:
+        yield from (f"### {claim['id']}: {claim['verdict']}", "", prose(claim["statement"]), "")
+        yield f"Place: {prose(claim['place'])}. Method: {prose(claim['method'])}"
+        yield ""
+        for part in claim["parts"]:
+            yield from _part(part)
+        yield ""
+
+
+def _part(part: Record) -> Iterator[str]:
+    head = f"- **{prose(part['key'])}** ({words.ROLES[part['role']]}): **{part['verdict']}**"
+    yield f"{head}. {code(part['statement'])}"
+    under = f"; under: {prose(part['condition'])}" if part["condition"] else ""
+    yield f"  - {prose(part['reason'])}{under}"
+    measured = prose(sentences.worst(part))
+    yield f"  - {sentences.cases(part['count'])} {measured}".rstrip()
+    if part["tolerance"]:
+        yield f"  - Tolerance: {prose(part['tolerance'])}"
+    for argument in part["arguments"]:
+        word = "Argument" if argument["passed"] else "Argument that failed"
+        yield f"  - {word}: {prose(argument['conclusion'])}"
+        for number, step in enumerate(argument["steps"], 1):
+            accepted = "" if step["passed"] else " **not accepted**"
+            checked = f"({step['checker']}{accepted}: {prose(step['source'])})"
+            yield f"    {number}. {code(step['statement'])} {checked}"
+    for found in part["counterexamples"]:
+        word = "Counterexample" if found["confirmed"] else "Stale record, counts as nothing:"
+        yield f"  - {word} {code(found['id'])} ({prose(found['size'])}): {code(found['finding'])}"
+        yield f"    {code(sentences.replay(found['id']))}"
+
+
+def _terms(record: Record) -> Iterator[str]:
+    yield from ("## Symbols and terms", "")
+    yield from (f"- {code(symbol)}: {prose(meaning)}" for symbol, meaning in words.SYMBOLS)
+    yield from (f"- reading {prose(name)}: {prose(meaning)}" for name, meaning in words.READINGS)
+    yield ""
+
+
+def _settings(record: Record) -> Iterator[str]:
+    yield from ("## Environment, settings and hashes", "")
+    yield from _facts(record["settings"])
+    yield f"- digest of the findings: {code(record['digest'])}"
+    yield from (f"- {code(name)}: {code(sha256)}" for name, sha256 in record["counterexamples"].items())
+    yield ""
+
+
+def _volatile(record: Record) -> Iterator[str]:
+    yield from (VOLATILE, "")
+    yield from _facts({key: value for key, value in record["volatile"].items() if key != "times"})
+
+
+def _facts(values: Mapping[str, Any]) -> Iterator[str]:
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _facts({f"{name}, {inner}": entry for inner, entry in value.items()})
+        else:
+            yield f"- {prose(name)}: {prose(value)}"
+
+
+def _table(head: Iterable[object], rows: Iterable[Iterable[object]]) -> Iterator[str]:
+    """A table; cells must be marked up already."""
+    titles = [str(title) for title in head]
+    yield f"| {' | '.join(titles)} |"
+    yield f"|{'---|' * len(titles)}"
+    for row in rows:
+        yield f"| {' | '.join(str(cell) for cell in row)} |"

@@ -1,0 +1,176 @@
+"""The fixed words of the report: what a verdict means, what limits it, the symbols, the captions."""
+
+from dataclasses import dataclass
+
+from verification.evidence import Checker, Verdict
+
+TITLE = "Convex multi-robot perception: the claims of the paper, judged"
+
+VERDICTS = {
+    Verdict.HOLDS: "Proved. Each step of a written argument was checked by a machine: as an exact"
+    " identity, by the solver z3 over the real numbers, or by exact arithmetic.",
+    Verdict.HOLDS_UNDER: "Proved in the same way, but only under the condition that is named.",
+    Verdict.SUPPORTED: "Tried on the stated number of cases, and none spoke against it. This is not a proof.",
+    Verdict.REFUTED: "False as stated. A counterexample is stored, and it was confirmed in exact"
+    " arithmetic during this run. This is a finding about the claim, not a failure of the run.",
+    Verdict.INCONCLUSIVE: "None of these: nothing was decided, or cases failed that nobody could"
+    " confirm exactly.",
+    Verdict.NOT_TESTABLE: "Cannot be judged here, for the reason that is given.",
+}
+
+TONES = {
+    Verdict.HOLDS: "holds",
+    Verdict.HOLDS_UNDER: "under",
+    Verdict.SUPPORTED: "supported",
+    Verdict.REFUTED: "refuted",
+    Verdict.INCONCLUSIVE: "open",
+    Verdict.NOT_TESTABLE: "untested",
+}
+"""Class names in the style sheet."""
+
+ROLES = {
+    "stated": "as stated",
+    "reading": "another reading",
+    "repair": "nearest true form",
+}
+
+CHECKERS = {
+    Checker.IDENTITY: "two polynomials with rational coefficients were expanded and compared",
+    Checker.Z3: "z3 found no real numbers that satisfy the premises and violate the conclusion",
+    Checker.EXACT: "a statement about given rational numbers was evaluated",
+    Checker.CITED: "a theorem of the literature; no machine checked it here",
+}
+
+OUTCOMES = {
+    "held": "the case agrees with the part",
+    "failed": "it does not; this counts as a refutation only when confirmed in exact arithmetic",
+    "undecided": "the case does not tell, for example a loop that met its limit of iterations",
+    "skipped": "the part says nothing about such a case",
+}
+
+LIMITATIONS = (
+    '"Supported" speaks of the cases that were tried and of no others. They come from families of'
+    " problems that the authors of this report chose, and they are small; the settings below give"
+    " their number.",
+    "Each claim was put into formal parts by us. Where the paper's words admit several readings,"
+    ' one is marked "as stated" and decides the verdict; the others are judged beside it.',
+    'An argument is as sound as what checked its steps. Steps marked "cited theorem" were checked'
+    " by no machine, and how scalar steps add up to a statement in every dimension is written out"
+    " in words.",
+    "The limit of an iteration cannot be observed. A run that meets the limit of iterations is"
+    " undecided, and never counts as a failure.",
+    "The loops run in float64. A rise or a wrong limit seen there refutes nothing by itself; only"
+    " the stored counterexamples do, and they are exact.",
+    "Rigorous intervals of F* assume IEEE 754 arithmetic that rounds to nearest, and matrix"
+    " products that sum ordinary products, in any order.",
+    "What is said of other solvers holds for the versions named here, at their default settings.",
+    "The same seed and versions give the same files. On another processor, a case that lies exactly at a"
+    " tolerance may be counted differently.",
+    "The paper's pictures are not public, and it leaves open what a repetition needs: lambda1 in"
+    " the experiments, the bins of the histograms, the settings of HOG and LBP, the size of the"
+    " pictures, their normalisation, the values of the grids, and the test of convergence.",
+)
+
+SYMBOLS = (
+    ("n, d, m, p", "numbers of robots (views), features, modalities and templates"),
+    ("X", "n by d; row i holds the features that robot i saw, and X_i is its block of modality i"),
+    ("o", "the d features of one template: a reference view of one object"),
+    ("w, u", "weights of the n views and of the d features; u^i is the block of modality i"),
+    (
+        "lambda1, lambda2, lambda3",
+        "weights >= 0 of the coupling, of the l1-norm of w, and of the modality norm",
+    ),
+    ("||w||_1, ||u||_M", "sum of |w_j|; sum over the modalities of ||u^i||_2"),
+    ("F(w, u)", "||X'w - o||^2 + lambda1 ||Xu - w||^2 + lambda2 ||w||_1 + lambda3 ||u||_M, Eq. (full)"),
+    ("F*", "the minimum of F; [lower, upper] is an interval that is proved to contain it"),
+    ("b", "2 lambda1 (Xu - w), the derivative of the coupling by Xu"),
+    ("v_j, in F3 and T1c", "entry j of 2X(X'w - o) - b, the derivative by w of the first two terms of F"),
+    ("gap", "an upper bound of F(w, u) - F*"),
+    ("D^w, D^u", "the diagonal matrices of Algorithm 1 that stand for the derivatives of the norms"),
+    ("w(i), u(i)", "the iterates of Algorithm 1; t' is the transpose of t"),
+)
+
+READINGS = (
+    ("printed", "D^w = diag(1/(2 w_i)), and lambda2/2 and lambda3/2, as in the paper's box"),
+    ("absolute", "|w_i| in place of w_i; lambda2/2 and lambda3/2 stay"),
+    (
+        "corrected",
+        "|w_i| in place of w_i, and the whole of lambda2 and lambda3, as the derivative of F asks for",
+    ),
+    ("appendix_half", "||w||_1 in place of w_i, as the proof in the appendix substitutes, with the halves"),
+    ("appendix_full", "the same with the whole of lambda2 and lambda3"),
+    ("smoothed", "sqrt(w_i^2 + eps^2) in place of w_i, and likewise for u; it descends F_eps"),
+    ("Gauss-Seidel", "the update of u sees the new w(i+1)"),
+    ("Jacobi", "the update of u sees the old w(i)"),
+)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of the report.
+
+    Attributes
+    ----------
+    name : str
+        Key of the series that it draws.
+    claim : str
+        The claim that it belongs to.
+    title, caption : str
+    """
+
+    name: str
+    claim: str
+    title: str
+    caption: str
+
+
+FIGURES = (
+    Figure(
+        "counterexample",
+        "T1a",
+        "One counterexample, iteration by iteration",
+        "F at each iteration for several readings of the update, from the same start. The band is"
+        " an interval that is proved to contain the optimum F*.",
+    ),
+    Figure(
+        "distance",
+        "T1b",
+        "Where the iteration ends",
+        "Each row is one reading in one order (GS: Gauss-Seidel): the darker a cell, the larger the"
+        " share of its runs that ended with that relative distance (F(last) - F*)/F*. The line is the"
+        " tolerance. Runs without an end are not in the cells; the numbers on the right count the runs in the row"
+        " and, after the plus sign, the undecided ones.",
+    ),
+    Figure(
+        "rate",
+        "T1c",
+        "How fast the repaired update gets there",
+        "F - F* by iteration, both axes logarithmic. A straight line is a power of the iteration, a"
+        " curve that bends down is faster than every power. Values of 0 or below, where rounding"
+        " ends the curve, are not drawn.",
+    ),
+    Figure(
+        "cost",
+        "C1",
+        "Counted multiplications by size",
+        "Multiplications of one step, counted by running it on numbers that count, both axes"
+        " logarithmic; the slope is the measured exponent.",
+    ),
+    Figure(
+        "clarabel",
+        "S1",
+        'Answers with the status "optimal", by the scale of the data',
+        "o, lambda2 and lambda3 are multiplied by the scale, which multiplies F* by its square and"
+        " changes nothing else. Shares of the answers that lie outside the proved interval of F* by"
+        " more than the stated part of F*, and of those that are not called optimal.",
+    ),
+)
+
+TIMES = Figure(
+    "times",
+    "C1",
+    "Measured times by size",
+    "Seconds of the same steps on this machine, both axes logarithmic.",
+)
+
+NOT_RUN = "Not run in this profile."

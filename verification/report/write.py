@@ -1,0 +1,101 @@
+"""All files of a report, each written whole; SHA256SUMS last, so that what it lists is there."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from convexperc.errors import InputError
+from convexperc.records import write_whole
+from verification.baseline import assess
+from verification.evidence import Evidence, Judgement, Verdict
+from verification.report.junit import junit
+from verification.report.machine import report_file, report_record
+from verification.report.markdown import markdown
+from verification.report.page import page
+from verification.report.sums import listed, sums
+
+RECORDS = "counterexamples"
+SUMS = "SHA256SUMS"
+RECORD_NAME = re.compile(r"[a-z0-9][a-z0-9._-]*\.json")
+
+
+def files(
+    evidence: Evidence,
+    judgements: Mapping[str, Judgement],
+    baseline: Mapping[str, Verdict],
+    records: Mapping[str, bytes],
+) -> dict[str, bytes]:
+    """The content of every file of the report but SHA256SUMS, by its name in the folder.
+
+    Raises
+    ------
+    InputError
+        The settings lack something, a series has another shape than its figure needs, or the name of a record
+        is no plain file name.
+    """
+    if wrong := [name for name in records if not RECORD_NAME.fullmatch(name)]:
+        raise InputError(
+            "records", value=wrong, must="must have names of a-z, 0-9, '.', '_', '-' that end in .json"
+        )
+    record = report_record(evidence, judgements, baseline, assess(evidence, judgements, baseline), records)
+    return {f"{RECORDS}/{name}": data for name, data in sorted(records.items())} | {
+        "report.html": page(record),
+        "report.md": markdown(record),
+        "report.json": report_file(record),
+        "junit.xml": junit(record),
+    }
+
+
+def write(
+    evidence: Evidence,
+    judgements: Mapping[str, Judgement],
+    baseline: Mapping[str, Verdict],
+    outdir: Path,
+    records: Mapping[str, bytes],
+) -> None:
+    """Write a report into a folder, in place of the one that may be there.
+
+    Everything is rendered before anything is written. Counterexamples of the former report, as its SHA256SUMS
+    lists them, are removed where the new one has none of their name; no other file is touched.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    judgements : mapping of str to Judgement
+        See `verification.verdicts.judge_all`.
+    baseline : mapping of str to Verdict
+        See `verification.baseline.read_baseline`.
+    outdir : Path
+        Made if absent.
+    records : mapping of str to bytes
+        The counterexamples to go with it, by file name.
+
+    Raises
+    ------
+    InputError
+        See `files`; or the folder cannot be written.
+    """
+    content = files(evidence, judgements, baseline, records)
+    try:
+        (outdir / RECORDS).mkdir(parents=True, exist_ok=True)
+        _withdraw(outdir, content)
+    except OSError as problem:
+        raise InputError(
+            str(outdir), value=problem.strerror, must="must be a folder that can be written"
+        ) from None
+    for name, data in content.items():
+        write_whole(outdir / name, data)
+    write_whole(outdir / SUMS, sums(content))
+
+
+def _withdraw(outdir: Path, content: Mapping[str, bytes]) -> None:
+    """Take back the former SHA256SUMS, about to be wrong, and the counterexamples that are no more."""
+    former = outdir / SUMS
+    if not former.is_file():
+        return
+    names = listed(former.read_bytes())
+    former.unlink()
+    for name in names:
+        folder, _, file = name.rpartition("/")
+        if folder == RECORDS and RECORD_NAME.fullmatch(file) and name not in content:
+            (outdir / name).unlink(missing_ok=True)
