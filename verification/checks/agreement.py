@@ -1,0 +1,178 @@
+"""F2 and F4 by cases: other forms of the problem have the same optimum; equal columns get equal weights."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+import numpy as np
+
+from convexperc import objective as library
+from convexperc import solving
+from convexperc.errors import SolverError
+from convexperc.problem import Problem
+from convexperc.scaling import Scaling
+from convexperc.solution import Solution, Status
+from convexperc.solvers.conic import Conic
+from convexperc.solvers.interface import Solver
+from convexperc.solvers.newton import Newton
+from convexperc.solvers.qp import Quadratic, is_quadratic
+from verification import oracles, referee
+from verification.checks.interface import Check, Observation
+from verification.checks.rational import LARGE, ULP, Data, drawn_point, exact, inner, number, share, squares
+from verification.evidence import Outcome
+from verification.oracles import square_root
+from verification.sources import Source
+
+FINISHED = ("optimal", "solved", "stopped")
+"""What Clarabel, OSQP and Newton's method say of an answer that they stand by."""
+AWAY = Fraction(1, 10**4)
+"""An answer that its solver stands by and whose F is this share of ||o||^2 above F* belongs to another
+problem, where float64 can be trusted with it: every solver's own tolerance is 1e-9 or less."""
+MODEST = 1e6
+"""Float64 can be trusted with normalised lambdas and entries of X that are 0 or within this factor of 1,
+and lambda2 > 0, so that w* depends continuously on the data."""
+ROUNDING = 16
+"""The library's sum of norms may be off by this many units, times d."""
+
+
+def observe_conic(problem: Problem, source: Source) -> Iterator[Observation]:
+    """Compare Clarabel's certified interval with the referee's."""
+    yield _agreement("F2/conic", problem, Conic())
+
+
+def observe_reduced(problem: Problem, source: Source) -> Iterator[Observation]:
+    """Compare the certified interval of the reduced problem's answer with the referee's."""
+    yield _agreement("F2/reduced", problem, Newton())
+
+
+def observe_quadratic(problem: Problem, source: Source) -> Iterator[Observation]:
+    """Compare OSQP's certified interval with the referee's, where the problem is a quadratic program."""
+    if is_quadratic(problem):
+        yield _agreement("F2/quadratic", problem, Quadratic())
+    else:
+        yield Observation("F2/quadratic", Outcome.SKIPPED, detail="no quadratic program")
+
+
+def _agreement(part: str, problem: Problem, solver: Solver) -> Observation:
+    try:
+        solution = solving.solve(problem, solver, escalate=False)
+    except (SolverError, ArithmeticError, np.linalg.LinAlgError) as failure:
+        return Observation(part, Outcome.UNDECIDED, detail=f"no answer: {failure}")
+    return _judged(part, solution, referee.optimum(problem))
+
+
+def _judged(part: str, solution: Solution, truth: referee.Optimum) -> Observation:
+    """Compare an answer's interval and its F with the referee's optimum."""
+    low, high = truth.value.lower, truth.value.upper
+    lower, upper = solution.certificate.lower, solution.certificate.upper
+    misses = lower > high or upper < low
+    value = oracles.objective(solution.problem, solution.w, solution.u)
+    gap, target = value.lower - high, squares(exact(solution.problem.o))
+    measure = share(gap, high)
+    where = f"[{lower!r}, {upper!r}], F* = {number(high)!r}, F(w, u) = {number(value.lower)!r}"
+    other = solution.claim in FINISHED and gap > AWAY * target and _is_modest(solution.problem)
+    if misses or other:
+        return Observation(part, Outcome.FAILED, measure, f"{solution.claim}: {where}")
+    if solution.status is Status.NOT_CERTIFIED or not truth.tight:
+        return Observation(part, Outcome.UNDECIDED, measure, f"not certified ({solution.claim}): {where}")
+    return Observation(part, Outcome.HELD, measure)
+
+
+def _is_modest(problem: Problem) -> bool:
+    """See `MODEST`."""
+    normal = Scaling.of(problem).normalise(problem)
+    sizes = np.abs(np.concatenate([normal.X.ravel(), normal.lambdas]))
+    sizes = sizes[sizes > 0.0]
+    return problem.lambda2 > 0.0 and bool((sizes > 1.0 / MODEST).all() and (sizes < MODEST).all())
+
+
+def observe_group_lasso(problem: Problem, source: Source) -> Iterator[Observation]:
+    """Write ||A z - t||^2 and the group norms out at a drawn z, with lambda1 = s^2 for a drawn s."""
+    s = Fraction(source.integer(1, 9), 2 ** source.integer(0, 3))
+    posed = Problem(
+        problem.X, problem.o, modalities=problem.modalities,
+        lambda1=float(s * s), lambda2=problem.lambda2, lambda3=problem.lambda3,
+    )  # fmt: skip
+    w, u = drawn_point(problem, source)
+    data, z = Data.of(posed), exact(np.concatenate([w, u]))
+    zero, n, d = Fraction(0), problem.n, problem.d
+    top = [[row[k] for row in data.X] + [zero] * d for k in range(d)]
+    bottom = [[-s if i == j else zero for j in range(n)] + [s * x for x in data.X[i]] for i in range(n)]
+    target = [*data.o, *([zero] * n)]
+    loss = squares(inner(row, z) - t for row, t in zip(top + bottom, target, strict=True))
+    groups: list[tuple[tuple[int, ...], Fraction]] = [((j,), data.lambda2) for j in range(n)]
+    groups += [(tuple(n + k for k in group), data.lambda3) for group in data.groups]
+    norms = [(weight, square_root(squares(z[k] for k in group))) for group, weight in groups]
+    low, high = (loss + sum(weight * getattr(x, end) for weight, x in norms) for end in ("lower", "upper"))
+    value = oracles.objective(posed, w, u)
+    apart = max(low - value.upper, value.lower - high)
+    detail = f"s = {s}: {number(low)!r}, F = {number(value.lower)!r}"
+    yield Observation.of("F2/group_lasso", apart <= 0, share(apart, value.upper), detail)
+
+
+def observe_equal_columns(problem: Problem, source: Source) -> Iterator[Observation]:
+    """Make two columns of a modality equal: their mean weight is strictly better, and the answer has it."""
+    part, groups = "F4/parallel", [g for g in Data.of(problem).groups if len(g) > 1]
+    if not groups or problem.lambda3 == 0.0:
+        reason = "lambda3 = 0" if groups else "no modality with two columns"
+        yield Observation(part, Outcome.SKIPPED, detail=reason)
+        return
+    group = groups[source.integer(0, len(groups) - 1)]
+    first, second = group[0], group[source.integer(1, len(group) - 1)]
+    X = problem.X.copy()
+    X[:, second] = X[:, first]
+    equal = Problem(
+        X, problem.o, modalities=problem.modalities,
+        lambda1=problem.lambda1, lambda2=problem.lambda2, lambda3=problem.lambda3,
+    )  # fmt: skip
+    wrong = _mean_is_no_better(equal, drawn_point(problem, source), (first, second))
+    if wrong:
+        yield Observation(part, Outcome.FAILED, 1.0, wrong)
+        return
+    yield _equal_weights(solving.solve(equal), group, (first, second))
+
+
+def _mean_is_no_better(problem: Problem, point: tuple[np.ndarray, np.ndarray], pair: tuple[int, int]) -> str:
+    """What contradicts F(w, mean) < F(w, u), exactly and in the library's modality norm; empty if nothing."""
+    (w, u), (first, second) = point, pair
+    if u[first] == u[second]:
+        return ""
+    before = oracles.rationals(u)
+    after = before.copy()
+    after[first] = after[second] = (before[first] + before[second]) / 2
+    high, low = oracles.objective(problem, w, after), oracles.objective(problem, w, before)
+    if high.upper >= low.lower:
+        return f"F = {number(low.lower)!r} at unequal weights, {number(high.upper)!r} at their mean"
+    mean = u.copy()
+    mean[first] = mean[second] = 0.5 * (u[first] + u[second])
+    room = ROUNDING * problem.d * ULP
+    with np.errstate(all="ignore"):
+        old, new = (library.terms(problem, w, x).modality_norm for x in (u, mean))
+    if not (np.isfinite(old) and np.isfinite(new)) or Fraction(old) < 1 / LARGE:
+        return ""
+    fall = low.lower - high.upper
+    if Fraction(new) > Fraction(old) * (1 + room) - fall:
+        return f"the library's modality norm goes {old!r} -> {new!r} where weights become equal"
+    return ""
+
+
+def _equal_weights(solution: Solution, group: tuple[int, ...], pair: tuple[int, int]) -> Observation:
+    """A point with a gap has (u_k - u_l)^2 lambda3 <= 4 gap ||u^i||: else the mean would lie below F*."""
+    part, proof = "F4/parallel", solution.certificate
+    if solution.status is Status.NOT_CERTIFIED or not np.isfinite(proof.gap):
+        return Observation(part, Outcome.UNDECIDED, detail="no finite gap is proved")
+    values = exact(solution.u[list(group)])
+    length = square_root(squares(values))
+    apart = abs(Fraction(float(solution.u[pair[0]])) - Fraction(float(solution.u[pair[1]])))
+    room = 4 * Fraction(proof.gap) * length.upper
+    held = apart * apart * Fraction(solution.problem.lambda3) <= room
+    detail = f"u = {[float(solution.u[k]) for k in pair]} with a gap of {proof.gap!r}"
+    return Observation.of(part, held, share(apart, length.upper), detail)
+
+
+CHECKS = (
+    Check("conic", ("F2/conic",), observe_conic, share=0.1),
+    Check("reduced", ("F2/reduced",), observe_reduced, share=0.25),
+    Check("quadratic", ("F2/quadratic",), observe_quadratic, share=0.25),
+    Check("group lasso", ("F2/group_lasso",), observe_group_lasso),
+    Check("equal columns", ("F4/parallel",), observe_equal_columns),
+)

@@ -1,0 +1,37 @@
+"""S1 by cases: what CVXPY and Clarabel at default settings call optimal, against the proved interval."""
+
+import math
+from collections.abc import Iterator
+
+from convexperc import solving
+from convexperc.problem import Problem
+from convexperc.solution import Status
+from verification import raw
+from verification.checks.interface import Check, Observation
+from verification.evidence import Outcome
+from verification.sources import Source
+
+PART = "S1/optimal"
+CLOSE = 1e-6
+"""A hundred times Clarabel's own tolerance of 1e-8."""
+
+
+def observe(problem: Problem, source: Source) -> Iterator[Observation]:
+    """Pose Eq. (full) in CVXPY as it is, solve it, and compare the value."""
+    answer = raw.raw(problem)
+    if not answer.optimal:
+        yield Observation(PART, Outcome.SKIPPED, detail=f'Clarabel says "{answer.status}", not "optimal"')
+        return
+    solution = solving.solve(problem)
+    proof = solution.certificate
+    if solution.status is Status.NOT_CERTIFIED:
+        yield Observation(PART, Outcome.UNDECIDED, detail="no certified interval")
+        return
+    away = answer.distance(proof.lower, proof.upper)
+    detail = f'"optimal" {answer.value!r}, F* in [{proof.lower!r}, {proof.upper!r}]'
+    if math.isinf(away) and proof.upper == 0.0 == proof.lower:
+        detail += "; any value but 0 is infinitely far from F* = 0"
+    yield Observation.of(PART, away <= CLOSE, away, detail)
+
+
+CHECKS = (Check("clarabel", (PART,), observe, share=0.1),)

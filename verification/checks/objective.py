@@ -1,0 +1,97 @@
+"""B1 by cases: the terms of F, the bounds of a certificate at any point, and F* of scaled data."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from convexperc import certificate as judge
+from convexperc import objective as library
+from convexperc import solving
+from convexperc.problem import Problem
+from verification import referee
+from verification.checks.interface import Check, Observation
+from verification.checks.rational import LARGE, ULP, Data, Exact, drawn_point, exact, number, squares, total
+from verification.evidence import Outcome
+from verification.oracles import Enclosure
+from verification.sources import Source
+
+UNITS = 8
+"""Units in the last place, times n + d, of the sum of magnitudes: one for each rounding, and room."""
+NOWHERE, DISTANCES = -1.0, (2.0**-40, 2.0**-20, 2.0**-8)
+"""A point from anywhere, or relative distances from the best known one."""
+TERMS = ("loss", "coupling", "view_norm", "modality_norm")
+
+
+@dataclass(frozen=True)
+class _Term:
+    """One term of F: its exact value, the sum behind it without signs, and that without its lambda."""
+
+    value: Enclosure
+    size: Fraction
+    plain: Fraction
+
+
+def observe_terms(problem: Problem, source: Source) -> Iterator[Observation]:
+    """Compare each of the library's terms, and their sum, with exact arithmetic at a drawn point."""
+    w, u = drawn_point(problem, source)
+    data, point = Data.of(problem), (exact(w), exact(u))
+    true = _terms(data, *point)
+    if max(max(term.size, term.plain) for term in true) > LARGE:
+        yield Observation("B1/objective", Outcome.SKIPPED, detail="F may overflow float64 on the way")
+        return
+    with np.errstate(all="ignore"):
+        terms, value = library.terms(problem, w, u), library.objective(problem, w, u)
+    found = [*(getattr(terms, name) for name in TERMS), value]
+    underflow = data.underflow(*point)
+    rooms = [UNITS * data.shape * (ULP * term.size + underflow) for term in true]
+    yield _worst_term(found, [term.value for term in true], rooms)
+
+
+def _terms(data: Data, w: Exact, u: Exact) -> list[_Term]:
+    """The four terms, and F."""
+    (p, q), (sizes_p, sizes_q) = data.residuals(w, u), data.magnitudes(w, u)
+    views, norms = total(abs(x) for x in w), data.norms(u)
+    shortest, longest = total(x.lower for x in norms), total(x.upper for x in norms)
+    parts = (
+        (Fraction(1), squares(p), squares(p), squares(sizes_p)),
+        (data.lambda1, squares(q), squares(q), squares(sizes_q)),
+        (data.lambda2, views, views, views),
+        (data.lambda3, shortest, longest, longest),
+    )
+    found = [_Term(Enclosure(k * low, k * high), k * size, size) for k, low, high, size in parts]
+    ends = total(x.value.lower for x in found), total(x.value.upper for x in found)
+    size = total(x.size for x in found)
+    return [*found, _Term(Enclosure(*ends), size, size)]
+
+
+def _worst_term(found: list[float], values: list[Enclosure], rooms: list[Fraction]) -> Observation:
+    worst, detail = 0.0, ""
+    for name, value, true, room in zip((*TERMS, "F"), found, values, rooms, strict=True):
+        measure = math.inf
+        if math.isfinite(value):
+            away = max(true.lower - Fraction(value), Fraction(value) - true.upper, Fraction(0))
+            measure = number(away / room)
+        if measure > worst:
+            worst, detail = measure, f"{name}: the library has {value!r}, exact is {number(true.lower)!r}"
+    return Observation.of("B1/objective", worst <= 1.0, worst, detail)
+
+
+def observe_bounds(problem: Problem, source: Source) -> Iterator[Observation]:
+    """Let the referee judge what `certify` says of a point: anywhere, or near the optimum."""
+    w, u = drawn_point(problem, source)
+    near, thorough = source.choice((NOWHERE, 0.0, *DISTANCES)), bool(source.integer(0, 1))
+    if near != NOWHERE:
+        solution = solving.solve(problem)
+        w, u = solution.w * (1.0 + near * np.sign(w)), solution.u * (1.0 + near * np.sign(u))
+    proof = judge.certify(problem, w, u, thorough=thorough)
+    false = referee.violations(problem, w, u, proof, referee.optimum(problem))
+    yield Observation.of("B1/dual", not false, float(len(false)), "; ".join(false))
+
+
+CHECKS = (
+    Check("terms", ("B1/objective",), observe_terms),
+    Check("bounds", ("B1/dual",), observe_bounds, share=0.25),
+)

@@ -1,0 +1,122 @@
+"""F3 by cases: the critical lambdas, exactly at and just below them."""
+
+import math
+from collections.abc import Iterator
+from fractions import Fraction
+
+import numpy as np
+
+from convexperc import critical, solving
+from convexperc.problem import Problem
+from convexperc.solution import Solution, Status
+from verification import oracles
+from verification.checks.interface import Check, Observation
+from verification.checks.rational import Data, inner, number, share, squares
+from verification.evidence import Outcome
+from verification.sources import Source
+
+BELOW = 0.9
+"""A lambda this share of the critical one must leave weights that are not 0."""
+BEYOND = 1.0 + 2.0**-16
+"""The critical lambda3 is as accurate as the solution behind it: tried a little beyond."""
+FAR = 2.0**10
+"""A lambda3 this many times the critical one leaves u = 0 without doubt."""
+
+
+def with_lambdas(problem: Problem, *, lambda2: float | None = None, lambda3: float | None = None) -> Problem:
+    """The same data with another lambda2 or lambda3."""
+    return Problem(
+        problem.X,
+        problem.o,
+        modalities=problem.modalities,
+        lambda1=problem.lambda1,
+        lambda2=problem.lambda2 if lambda2 is None else lambda2,
+        lambda3=problem.lambda3 if lambda3 is None else lambda3,
+    )
+
+
+def observe_lambda2(problem: Problem, source: Source) -> Iterator[Observation]:
+    """F* = ||o||^2 at the critical lambda2, by the dual point (-2o, 0); F* < ||o||^2 at 0.9 of it."""
+    part, data = "F3/critical_lambda2", Data.of(problem)
+    low, high = critical.critical_lambda2(problem)
+    correlations = [2 * inner(row, data.o) for row in data.X]
+    true = max(abs(x) for x in correlations)
+    if not math.isfinite(high):
+        yield Observation(part, Outcome.SKIPPED, detail="the critical lambda2 is beyond float64")
+        return
+    wrong = "" if Fraction(low) <= true <= Fraction(high) else f"[{low!r}, {high!r}] misses {number(true)!r}"
+    wrong = wrong or _zero_is_not_optimal(with_lambdas(problem, lambda2=high))
+    measure = share(max(Fraction(low) - true, true - Fraction(high)), true)
+    if not wrong and BELOW * low > 0.0:
+        j = max(range(problem.n), key=lambda j: abs(correlations[j]))
+        wrong = _zero_is_optimal_below(with_lambdas(problem, lambda2=BELOW * low), j, correlations[j])
+    yield Observation.of(part, not wrong, measure, wrong)
+
+
+def _zero_is_not_optimal(problem: Problem) -> str:
+    """What contradicts F* = ||o||^2; empty if nothing."""
+    target = squares(Fraction(float(x)) for x in problem.o)
+    a, b = -2 * oracles.rationals(problem.o), oracles.rationals([0.0] * problem.n)
+    if not oracles.is_dual_feasible(problem, a, b) or oracles.dual_objective(problem, a, b) != target:
+        return f"(-2o, 0) proves nothing at lambda2 = {problem.lambda2!r}"
+    if not critical.zero_is_optimal(problem):
+        return f"`zero_is_optimal` denies it at lambda2 = {problem.lambda2!r}"
+    proof = solving.solve(problem).certificate
+    if Fraction(proof.lower) > target or proof.upper < target:
+        return f"[{proof.lower!r}, {proof.upper!r}] misses ||o||^2 = {number(target)!r}"
+    return ""
+
+
+def _zero_is_optimal_below(problem: Problem, j: int, correlation: Fraction) -> str:
+    """What contradicts F* < ||o||^2, shown by w = s e_j, u = 0; empty if nothing."""
+    data = Data.of(problem)
+    step = (abs(correlation) - data.lambda2) / (2 * (squares(data.X[j]) + data.lambda1))
+    w, u = oracles.rationals([0.0] * problem.n), oracles.rationals([0.0] * problem.d)
+    w[j] = step if correlation > 0 else -step
+    value, target = oracles.objective(problem, w, u).upper, squares(data.o)
+    if not value < target:
+        return f"lambda2 = {problem.lambda2!r}: F = {number(value)!r} is not below {number(target)!r}"
+    if critical.zero_is_optimal(problem):
+        return f"`zero_is_optimal` says so at lambda2 = {problem.lambda2!r}, but F = {number(value)!r} exists"
+    lower = solving.solve(problem).certificate.lower
+    if Fraction(lower) > value:
+        return f"lower = {lower!r} at lambda2 = {problem.lambda2!r}, but F = {number(value)!r} exists"
+    return ""
+
+
+def observe_lambda3(problem: Problem, source: Source) -> Iterator[Observation]:
+    """Compare F* at the critical lambda3 with F* far beyond it, and look for u = 0 at 0.9 of it."""
+    part = "F3/critical_lambda3"
+    value = critical.critical_lambda3(problem, solving.solve)
+    lambdas = [BELOW * value, BEYOND * value, FAR * value]
+    if not all(math.isfinite(x) for x in lambdas):
+        yield Observation(part, Outcome.SKIPPED, detail="the critical lambda3 is beyond float64")
+        return
+    below, at, far = (solving.solve(with_lambdas(problem, lambda3=x)) for x in lambdas)
+    proofs = at.certificate, far.certificate
+    if Status.NOT_CERTIFIED in (at.status, far.status) or not _finite(at, far):
+        yield Observation(part, Outcome.UNDECIDED, detail="an answer is not certified, or no float")
+        return
+    short = Fraction(proofs[1].lower) - Fraction(proofs[0].upper)
+    detail = f"F* in [{proofs[0].lower!r}, {proofs[0].upper!r}] at lambda3 = {lambdas[1]!r}, "
+    detail += f"in [{proofs[1].lower!r}, {proofs[1].upper!r}] far beyond"
+    needless = value > 0.0 and _is_zero(below)
+    if needless:
+        detail = f"u = 0 is proved optimal at lambda3 = {lambdas[0]!r} already, below {value!r}"
+    yield Observation.of(part, short <= 0 and not needless, share(short, Fraction(proofs[1].upper)), detail)
+
+
+def _finite(*solutions: Solution) -> bool:
+    ends = [x for each in solutions for x in (each.certificate.lower, each.certificate.upper)]
+    return bool(np.isfinite(ends).all())
+
+
+def _is_zero(solution: Solution) -> bool:
+    """Whether u* = 0 is proved, of a modality that could matter."""
+    return bool(solution.certificate.zero_modalities.all())
+
+
+CHECKS = (
+    Check("critical lambda2", ("F3/critical_lambda2",), observe_lambda2),
+    Check("critical lambda3", ("F3/critical_lambda3",), observe_lambda3, share=0.5),
+)
