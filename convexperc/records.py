@@ -118,7 +118,12 @@ def recognition_record(
 
 def write_json(path: str | os.PathLike[str], record: Mapping[str, Any]) -> None:
     """Write `record` as JSON, a line for each innermost list; see `write_whole`."""
-    write_whole(path, (_layout(record, "") + "\n").encode())
+    write_whole(path, json_bytes(record))
+
+
+def json_bytes(record: Mapping[str, Any]) -> bytes:
+    """Return what `write_json` writes."""
+    return (_layout(record, "") + "\n").encode()
 
 
 def write_whole(path: str | os.PathLike[str], data: bytes) -> None:

@@ -238,11 +238,6 @@ def observations(growths: dict[str, Growth]) -> list[Observation]:
     return found
 
 
-def series() -> dict[str, dict[str, Any]]:
-    """The counts for the plot, as plain data."""
-    return {name: growth.as_json() for name, growth in counts().items()}
-
-
 def times() -> dict[str, dict[str, Any]]:
     """Seconds of the same steps in NumPy at larger sizes; they differ from run to run."""
     wide = [Iterate.of(TIMED_VIEWS, d) for d in TIMED_FEATURES]

@@ -2,27 +2,28 @@
 
 import hashlib
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from convexperc.problem import Problem
+from convexperc.errors import ConvexpercError
 from verification import clarabel_by_scale, cost, series
 from verification.arguments import all_arguments
 from verification.checks.catalogue import CHECKS
-from verification.checks.interface import Check
+from verification.checks.interface import Check, Observation
 from verification.claims import PARTS
-from verification.counterexamples.confirm import confirm
-from verification.counterexamples.record import Record, Size, catalogue, magnitude, parse
+from verification.counterexamples.files import catalogue
+from verification.counterexamples.found import case_record
+from verification.counterexamples.kinds import confirm, refutation
+from verification.counterexamples.record import Record, parse
 from verification.environment import machine, versions
-from verification.evidence import Count, Evidence, Outcome, Refutation
-from verification.exact_problem import ExactProblem
+from verification.evidence import Count, Evidence, Outcome
 from verification.search.engine import Result, plan, search
 from verification.search.journal import Journal
 from verification.search.profiles import Profile
-from verification.search.shards import Case, Found, problem_of
+from verification.search.shards import Found, problem_of
 
 Progress = Callable[[str, int, int], None]
 """Called with a stage, how much of it is done, and how much there is."""
@@ -118,12 +119,12 @@ def gather(options: Options, journal: Path, progress: Progress = lambda stage, d
     evidence.missing += [*result.unreached, *result.broken]
     if run.interrupted:
         return run
-    with _timed(times, "counterexamples"):
-        candidates = [record for record in catalogue() if options.wants(record.part)]
-        candidates += _found(result, options)
-        _confirm(candidates, run, progress)
     with _timed(times, "arguments"):
         evidence.arguments = [each for each in all_arguments() if options.wants(each.part)]
+    with _timed(times, "counterexamples"):
+        candidates = [record for record in catalogue() if options.wants(record.part)]
+        candidates += _found(result, options, evidence.missing)
+        _confirm(candidates, run, progress)
     with _timed(times, "series"):
         _series(options, result, run, progress)
     evidence.volatile = {"machine": machine(), "seconds": times, "jobs": options.jobs} | evidence.volatile
@@ -179,43 +180,34 @@ def _counts(result: Result, options: Options) -> Iterator[Count]:
             yield Count(part, family, **tally.outcomes, worst=tally.worst)
 
 
-def _found(result: Result, options: Options) -> Iterator[Record]:
-    """The smallest failing case of each part as a record."""
+def _found(result: Result, options: Options, missing: list[str]) -> Iterator[Record]:
+    """The smallest failing case of each part as a record, confirmed once more."""
     for part, (family, case) in result.smallest().items():
-        if options.wants(part):
-            check = next(check for check in options.checks if part in check.parts)
-            yield _record(part, family, case, check, options)
+        if not options.wants(part):
+            continue
+        check = next(check for check in options.checks if part in check.parts)
+        name = "found-" + part.lower().replace("/", "-").replace("_", "-")
+        origin = f"search: profile {options.profile.name}, seed {options.seed}, family {family}"
+        problem = problem_of(case.problem)
+        try:
+            yield case_record(name, part, problem, check, case.drawn, check.largest, origin)
+        except ConvexpercError as fault:
+            missing.append(f"{part}: a failure on {family} is not confirmed: {fault}")
 
 
-def _record(part: str, family: str, case: Case, check: Check, options: Options) -> Record:
-    problem: Problem = problem_of(case.problem)
-    exact = ExactProblem.of(problem)
-    statement = f"{PARTS[part].statement}: {case.detail}" if case.detail else PARTS[part].statement
-    return Record(
-        id="found-" + part.lower().replace("/", "-").replace("_", "-"),
-        part=part,
-        kind="case",
-        statement=statement,
-        problem=exact,
-        fields={"check": check.name, "drawn": case.drawn, "largest": list(check.largest)},
-        origin=f"search: profile {options.profile.name}, seed {options.seed}, family {family}",
-        size=Size("the smallest that the search met and shrank", magnitude(exact)),
-    )
+def _confirm(records: Sequence[Record], run: Run, progress: Progress) -> None:
+    """Confirm every record once more, exactly; a record that no longer fails is stale.
 
-
-def _confirm(records: Iterable[Record], run: Run, progress: Progress) -> None:
-    """Confirm every record once more, exactly; a record that no longer fails is stale."""
-    checks: Mapping[str, Check] = {check.name: check for check in CHECKS}
-    chosen = list(records)
-    for done, record in enumerate(chosen, 1):
-        found = confirm(record, checks)
+    A failing case of a part that is proved says that the code does not do what was proved: its record is kept
+    to be replayed, but it refutes nothing.
+    """
+    checks = {check.name: check for check in CHECKS}
+    proved = {argument.part for argument in run.evidence.arguments if argument.passed}
+    for done, record in enumerate(records, 1):
         run.records[record.id] = record
-        run.evidence.refutations.append(
-            Refutation(
-                record.id, record.part, found.confirmed, found.finding, record.size.text, record.origin
-            )
-        )
-        progress("counterexamples", done, len(chosen))
+        if record.kind != "case" or record.part not in proved:
+            run.evidence.refutations.append(refutation(record, confirm(record, checks)))
+        progress("counterexamples", done, len(records))
 
 
 def _series(options: Options, result: Result, run: Run, progress: Progress) -> None:
@@ -229,8 +221,9 @@ def _series(options: Options, result: Result, run: Run, progress: Progress) -> N
         evidence.series["rate"] = series.rate()
     progress("series", 1, 3)
     if wants("C1/step6"):
-        evidence.series["cost"] = cost.series()
-        evidence.counts += [_counted(each) for each in cost.observations(evidence.series["cost"])]
+        growths = cost.counts()
+        evidence.series["cost"] = {name: growth.as_json() for name, growth in growths.items()}
+        evidence.counts += [_counted(each) for each in cost.observations(growths)]
         evidence.volatile["times"] = cost.times()
     progress("series", 2, 3)
     if wants("S1/optimal"):
@@ -238,7 +231,7 @@ def _series(options: Options, result: Result, run: Run, progress: Progress) -> N
     progress("series", 3, 3)
 
 
-def _counted(each: Any) -> Count:
+def _counted(each: Observation) -> Count:
     held = each.outcome is Outcome.HELD
     return Count(each.part, COUNTED, held=int(held), failed=int(not held), worst=each.measure)
 

@@ -69,7 +69,7 @@ def _gaps(problem: Problem, reading: str) -> list[float]:
 def distances(result: Result) -> dict[str, Any]:
     """Of each reading and order: runs by the decade of (F(last) - F*) / F*, and how many have none.
 
-    Undecided runs met the limit of iterations; in undefined ones a system is singular or the iterates diverge.
+    Undecided runs met the limit of iterations; undefined ones met a singular system, or diverged.
     """
     counts: dict[str, list[int]] = {}
     undecided: dict[str, int] = {}

@@ -24,6 +24,8 @@ if __name__ == "__main__":
 def test_a_dask_cluster_finds_the_same(tmp_path: Path) -> None:
     file = tmp_path / "cluster.py"
     file.write_text(SCRIPT.format(folder=str(Path(__file__).parent)))
-    done = subprocess.run([sys.executable, str(file)], capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(
+        [sys.executable, str(file)], capture_output=True, text=True, timeout=300, check=False
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.split()[-3:] == ["True", "60", "60"], (done.stdout, done.stderr)

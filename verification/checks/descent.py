@@ -15,8 +15,9 @@ from convexperc.solving import solve
 from verification.checks.interface import Check, Observation
 from verification.claims import ORDERS, READINGS
 from verification.evidence import Outcome
+from verification.exact_arithmetic import UnresolvedError
 from verification.exact_loop import Rise, rise_confirmed
-from verification.exact_update import UnresolvedError, Update
+from verification.exact_update import Update
 from verification.oracles import objective
 from verification.sources import Source
 

@@ -74,16 +74,20 @@ def report(
     """
     if context.invoked_subcommand is not None:
         return
-    from verification.report.write import write  # noqa: PLC0415 - keeps --help quick
+    from convexperc.records import json_bytes  # noqa: PLC0415 - keeps --help quick
+    from verification.baseline import read_baseline  # noqa: PLC0415
+    from verification.report.write import write  # noqa: PLC0415
+    from verification.verdicts import judge_all  # noqa: PLC0415
 
     options = _options(claim, profile, seed, jobs)
     found = _gather(options, out) if evidence is None else _read(evidence)
     code = _verdicts(found, options)
     if found.interrupted:
         raise typer.Exit(code)
-    places = write(found.evidence, found.records, out)
-    for place in places:
-        _console().print(f"wrote {place}", highlight=False)
+    records = {f"{name}.json": json_bytes(record.as_json()) for name, record in found.records.items()}
+    with _misuse("--out"):
+        write(found.evidence, judge_all(found.evidence), read_baseline(), out, records)
+    _console().print(f"wrote {out / 'report.html'} and its companions", highlight=False)
     raise typer.Exit(code)
 
 
@@ -93,11 +97,12 @@ def diff(
 ) -> None:
     """Compare two reports; exit code 0 if all verdicts are equal, 1 if not."""
     from verification.report.diff import diff as compared  # noqa: PLC0415 - keeps --help quick
+    from verification.report.diff import read_report  # noqa: PLC0415
 
     with _misuse("A and B"):
-        text, code = compared(a, b)
-    _console().print(text, highlight=False, markup=False)
-    raise typer.Exit(code)
+        found = compared(read_report(a), read_report(b))
+    _console().print(found.text, highlight=False, markup=False, soft_wrap=True)
+    raise typer.Exit(found.code)
 
 
 def replay(
@@ -111,8 +116,10 @@ def replay(
 
     Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale.
     """
-    from verification.checks.catalogue import CHECKS  # noqa: PLC0415 - keeps --help quick
-    from verification.counterexamples.record import catalogue, load  # noqa: PLC0415
+    from convexperc.picture import picture_kind  # noqa: PLC0415 - keeps --help quick
+    from convexperc.records import write_whole  # noqa: PLC0415
+    from verification.checks.catalogue import CHECKS  # noqa: PLC0415
+    from verification.counterexamples.files import catalogue, load  # noqa: PLC0415
     from verification.replay import replay as again  # noqa: PLC0415
 
     stored = {record.id: record for record in catalogue()}
@@ -122,14 +129,15 @@ def replay(
         raise typer.BadParameter(f"no record {name!r}; the catalogue has {known}", param_hint="ID")
     with _misuse("ID"):
         record = stored[name] if place is None else load(place)
-    result = again(record, {check.name: check for check in CHECKS})
+        result = again(record, {check.name: check for check in CHECKS})
     console = _console()
+    for line in result.text():
+        console.print(line, highlight=False, markup=False)
     console.print(result.table())
-    console.print(result.summary, highlight=False, markup=False)
     if plot is not None:
         with _misuse("--plot"):
-            result.save_plot(plot)
-    raise typer.Exit(0 if result.confirmed else 1)
+            write_whole(plot, result.plot(picture_kind(plot)))
+    raise typer.Exit(1 if result.stale else 0)
 
 
 def faults(
