@@ -1,4 +1,4 @@
-"""Algorithm 1 in exact arithmetic: known runs, the equations of each update, balls that contain, planted faults."""
+"""Algorithm 1 in exact arithmetic: known runs, the equations of each update, balls that contain."""
 
 import pickle
 from fractions import Fraction
@@ -188,6 +188,16 @@ def test_a_rise_is_confirmed_only_beyond_doubt() -> None:
         w, u = np.ones(problem.n), np.linspace(1, 2, problem.d)
         for order in ORDERS:
             assert not rise_confirmed(problem, Update("corrected", order), w, u).confirmed, (index, order)
+
+
+def test_a_fixed_point_is_no_rise() -> None:
+    one = P([[1, 0], [0, 1]], [1, 1], [2], 0, 0, 1)
+    held = rise_confirmed(one, Update("corrected", "jacobi"), fractions(1, 1), fractions(0, 0))
+    assert held == Rise(False, Enclosure(Fraction(0), Fraction(0)), Enclosure(Fraction(0), Fraction(0))), held
+    tangled = P([[1, 0], [0, 1]], [2, 2], [2], 1, 0, 1)
+    course = iterates(tangled, Update("corrected", "gauss_seidel"), None, 60)
+    w_, u_ = ([float(x.lower) for x in part] for part in (course[-1].w, course[-1].u))
+    assert not rise_confirmed(tangled, Update("corrected", "gauss_seidel"), w_, u_).confirmed, (w_, u_)
 
 
 def test_the_image_of_a_box_holds_the_image_of_its_points() -> None:

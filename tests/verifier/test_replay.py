@@ -1,4 +1,4 @@
-"""Replays: every record as a table of at most 100 columns and a plot with the same bytes; stale ones say so."""
+"""Replays: every record as a table of at most 100 columns and a plot; stale ones say so."""
 
 import io
 import xml.etree.ElementTree as ET
