@@ -122,10 +122,17 @@ def rise_confirmed(
     Returns
     -------
     Rise
-        Confirmed only if F after, at least, exceeds F before, at most, by more than `least`.
+        Confirmed only if F after, at least, exceeds F before, at most, by more than `least`; not where the
+        two cannot be told apart.
+
+    Raises
+    ------
+    UnresolvedError
+        4096 bits do not tell the update itself.
     """
     data, point = Data(problem), (_numbers(w), _numbers(u))
     before = _with_bits(lambda: enclosed(data.objective(*point)))
+    after: Enclosure | None = None
     for bits in PRECISIONS:
         with precision(bits):
             try:
@@ -134,12 +141,14 @@ def rise_confirmed(
             except SingularStepError:
                 return Rise(False, before, None)
             except UnresolvedError:
+                if bits == PRECISIONS[-1] and after is None:
+                    raise
                 continue
         if after.lower > before.upper + least:
             return Rise(True, before, after)
         if after.upper <= before.lower + least:
-            return Rise(False, before, after)
-    raise UnresolvedError("a rise of F", value=f"{PRECISIONS[-1]} bits", must="must be decided")
+            break
+    return Rise(False, before, after)
 
 
 def image(
