@@ -60,7 +60,7 @@ def square_root(value: Fraction) -> Enclosure:
 def objective(problem: Problem, w: Entries, u: Entries) -> Enclosure:
     """Enclose F(w, u) at floats or rationals; exact unless a modality's norm is irrational."""
     data = Exact.of(problem)
-    w_, u_ = _rational_vector(w), _rational_vector(u)
+    w_, u_ = rational_vector(w), rational_vector(u)
     p, q = _columns(data, w_) - data.o, _rows(data, u_) - w_
     value = _dot(p, p) + data.lambda1 * _dot(q, q) + data.lambda2 * sum((abs(x) for x in w_), Fraction(0))
     roots = [square_root(_dot(u_[c], u_[c])) for c in problem.modalities] if data.lambda3 else []
@@ -71,7 +71,7 @@ def objective(problem: Problem, w: Entries, u: Entries) -> Enclosure:
 def dual_objective(problem: Problem, a: Entries, b: Entries) -> Fraction:
     """D(a, b) = -a'o - ||a||^2/4 - ||b||^2/(4 lambda1), exactly; b must be 0 where lambda1 is 0."""
     data = Exact.of(problem)
-    a_, b_ = _rational_vector(a), _rational_vector(b)
+    a_, b_ = rational_vector(a), rational_vector(b)
     coupling = _dot(b_, b_)
     if coupling:
         coupling = coupling / (4 * data.lambda1)
@@ -81,7 +81,7 @@ def dual_objective(problem: Problem, a: Entries, b: Entries) -> Fraction:
 def is_dual_feasible(problem: Problem, a: Entries, b: Entries) -> bool:
     """Whether |X a - b|_j <= lambda2, ||X_i' b|| <= lambda3, and b = 0 if lambda1 = 0: decided exactly."""
     data = Exact.of(problem)
-    a_, b_ = _rational_vector(a), _rational_vector(b)
+    a_, b_ = rational_vector(a), rational_vector(b)
     if data.lambda1 == 0 and any(b_):
         return False
     pull = _columns(data, b_)
@@ -181,7 +181,8 @@ def _rows(data: Exact, u: Rationals) -> Rationals:
     return _with_unit(data.X @ whole, data.unit * unit)
 
 
-def _rational_vector(values: Entries) -> Rationals:
+def rational_vector(values: Entries) -> Rationals:
+    """Floats, or an object array of Fractions, as the latter."""
     if isinstance(values, np.ndarray) and values.dtype == object:
         return values
     return rationals(values)

@@ -57,13 +57,20 @@ class Drawn:
         return max(low, min(high, -size if negative else size))
 
     def choice(self, options: Sequence[T]) -> T:
-        """Draw one that shrinks towards the first."""
-        return self.draw(st.sampled_from(options))
+        """Draw one that shrinks towards the shortest fraction, or the first where they are no floats."""
+        return self.draw(st.sampled_from(sorted(options, key=_length)))
 
     def matrix(self, rows: int, columns: int) -> Matrix:
         """Draw halves in -3 .. 3 that shrink towards 0."""
         values: Matrix = self.draw(arrays(np.float64, (rows, columns), elements=ENTRIES, fill=st.nothing()))
         return values
+
+
+def _length(option: object) -> int:
+    """Bits of a float as a fraction; 0 for anything else."""
+    return (
+        sum(abs(part).bit_length() for part in option.as_integer_ratio()) if isinstance(option, float) else 0
+    )
 
 
 def problems(family: str | None = None, *, largest: tuple[int, int] = LARGEST) -> st.SearchStrategy[Problem]:

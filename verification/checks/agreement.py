@@ -16,7 +16,7 @@ from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton import Newton
 from convexperc.solvers.qp import Quadratic, is_quadratic
 from verification import oracles, referee
-from verification.checks.interface import Check, Observation
+from verification.checks.interface import REFEREED, Check, Observation
 from verification.checks.rational import LARGE, ULP, Data, drawn_point, exact, inner, number, share, squares
 from verification.evidence import Outcome
 from verification.oracles import square_root
@@ -170,8 +170,8 @@ def _equal_weights(solution: Solution, group: tuple[int, ...], pair: tuple[int, 
 
 
 CHECKS = (
-    Check("conic", ("F2/conic",), observe_conic, share=0.1),
-    Check("reduced", ("F2/reduced",), observe_reduced, share=0.25),
+    Check("conic", ("F2/conic",), observe_conic, REFEREED, share=0.1),
+    Check("reduced", ("F2/reduced",), observe_reduced, REFEREED, share=0.25),
     Check("quadratic", ("F2/quadratic",), observe_quadratic, share=0.25),
     Check("group lasso", ("F2/group_lasso",), observe_group_lasso),
     Check("equal columns", ("F4/parallel",), observe_equal_columns),

@@ -10,7 +10,7 @@ from convexperc.answers import Answers
 from convexperc.problem import Problem
 from convexperc.solution import Solution, Status
 from verification import oracles, referee
-from verification.checks.interface import Check, Observation
+from verification.checks.interface import REFEREED, Check, Observation
 from verification.checks.rational import number
 from verification.evidence import Outcome
 from verification.oracles import Enclosure
@@ -108,5 +108,5 @@ def _false_answers(answers: Answers, j: int, problem: Problem, truth: Enclosure)
 
 CHECKS = (
     Check("answer", ("B2/answered", "B2/true", "F3/exact_zeros"), observe_answer),
-    Check("batch", ("B2/batch",), observe_batch, share=0.5),
+    Check("batch", ("B2/batch",), observe_batch, REFEREED, share=0.5),
 )

@@ -1,6 +1,5 @@
 """S1 by cases: what CVXPY and Clarabel at default settings call optimal, against the proved interval."""
 
-import math
 from collections.abc import Iterator
 
 from convexperc import solving
@@ -27,10 +26,11 @@ def observe(problem: Problem, source: Source) -> Iterator[Observation]:
     if solution.status is Status.NOT_CERTIFIED:
         yield Observation(PART, Outcome.UNDECIDED, detail="no certified interval")
         return
+    if proof.upper == 0.0:
+        yield Observation(PART, Outcome.SKIPPED, detail="F* = 0: no value but 0 is relatively near")
+        return
     away = answer.distance(proof.lower, proof.upper)
     detail = f'"optimal" {answer.value!r}, F* in [{proof.lower!r}, {proof.upper!r}]'
-    if math.isinf(away) and proof.upper == 0.0 == proof.lower:
-        detail += "; any value but 0 is infinitely far from F* = 0"
     yield Observation.of(PART, away <= CLOSE, away, detail)
 
 

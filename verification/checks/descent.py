@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from convexperc.arrays import FeatureVector, Vector
 from convexperc.certificate import Certificate
 from convexperc.errors import SolverError
 from convexperc.problem import Problem
@@ -16,9 +17,9 @@ from verification.checks.interface import Check, Observation
 from verification.claims import ORDERS, READINGS
 from verification.evidence import Outcome
 from verification.exact_arithmetic import UnresolvedError
-from verification.exact_loop import Rise, rise_confirmed
-from verification.exact_update import Update
-from verification.oracles import objective
+from verification.exact_loop import Rise, rise_confirmed, step
+from verification.exact_update import SingularStepError, Update
+from verification.oracles import Entries, Rationals, dot, objective, objects, rational_vector, square_root
 from verification.sources import Source
 
 ITERATIONS = 150
@@ -56,9 +57,9 @@ class Descent:
             yield self._falls(problem, trace)
             yield _limit(problem, trace, proof)
         if self.reading == "absolute":
-            yield _own("T1c/absolute", trace)
+            yield self._own("T1c/absolute", problem, trace)
         if self.reading == "smoothed":
-            yield _own("T1c/smoothed_descent", trace)
+            yield self._own("T1c/smoothed_descent", problem, trace)
             yield _distance(problem, trace, proof)
 
     def _descends(self, problem: Problem, trace: PaperTrace) -> Observation:
@@ -108,18 +109,45 @@ class Descent:
         detail = f"iteration {where}: F falls by {worst:.3g} of its scale less than the steps promise"
         return Observation(part, Outcome.UNDECIDED if rounded else Outcome.FAILED, worst, detail)
 
+    def _own(self, part: str, problem: Problem, trace: PaperTrace) -> Observation:
+        """T1c: the reading's own objective never rises; a rise is confirmed as for T1a."""
+        largest, rises = _largest_rise(trace.own, trace.scale), trace.own_rises(ROUNDING)
+        for at in rises:
+            before = trace.path_w[at - 1], trace.path_u[at - 1]
+            after = self._stepped(problem, trace, *before)
+            if after is None:
+                continue
+            old, new = own_objective(problem, trace, *before), own_objective(problem, trace, *after)
+            if new > old:
+                detail = f"iteration {at}: {float(old):.17g} -> {float(new):.17g}"
+                return Observation(part, Outcome.FAILED, largest, detail)
+        if rises.size:
+            return Observation(part, Outcome.UNDECIDED, largest, "every rise is rounding: none is exact")
+        return Observation(part, Outcome.HELD)
+
+    def _stepped(
+        self, problem: Problem, trace: PaperTrace, w: Vector, u: FeatureVector
+    ) -> tuple[Rationals, Rationals] | None:
+        """The exact update of (w, u), to 70 digits where it is irrational; None where there is none."""
+        if not (np.isfinite(w).all() and np.isfinite(u).all()):
+            return None
+        try:
+            new_w, new_u = step(problem, self._update(trace), w, u)
+        except (SingularStepError, UnresolvedError):
+            return None
+        return objects([x.lower for x in new_w], w.shape), objects([x.lower for x in new_u], u.shape)
+
+    def _update(self, trace: PaperTrace) -> Update:
+        eps = trace.reading.eps if trace.reading.name == "smoothed" else None
+        return Update(self.reading, self.order, Fraction(eps or 0.0))
+
     def _exactly(self, problem: Problem, trace: PaperTrace, at: int) -> Rise | None:
         """Iteration `at` once more, exactly, from the float64 iterate before it; None where there is none."""
         w, u = trace.path_w[at - 1], trace.path_u[at - 1]
         if not (np.isfinite(w).all() and np.isfinite(u).all()):
             return None
-        eps = (
-            Fraction(trace.reading.eps)
-            if trace.reading.name == "smoothed" and trace.reading.eps
-            else Fraction(0)
-        )
         try:
-            return rise_confirmed(problem, Update(self.reading, self.order, eps), w, u)
+            return rise_confirmed(problem, self._update(trace), w, u)
         except UnresolvedError:
             return None
 
@@ -141,6 +169,24 @@ def promised_fall(problem: Problem, order: str, trace: PaperTrace, at: int) -> f
         total = ((problem.X.T @ dw) ** 2).sum() + problem.lambda1 * coupling
         total += 0.5 * (problem.lambda2 * views + problem.lambda3 * groups)
     return float(total) if np.isfinite(total) else 0.0
+
+
+def own_objective(problem: Problem, trace: PaperTrace, w: Entries, u: Entries) -> Fraction:
+    """What the absolute or the smoothed update descends, to 1e-100 of itself.
+
+    ||X'w - o||^2 + lambda1 ||Xu - w||^2 + f (lambda2 sum_j s(w_j) + lambda3 sum_i s(||u^i||)),
+    s(t) = sqrt(t^2 + e^2), with f = 1/2, e = 0 for the absolute update and f = 1, e = eps for the smoothed one.
+    """
+    smoothed = trace.reading.name == "smoothed"
+    factor = Fraction(1) if smoothed else Fraction(1, 2)
+    eps = Fraction(trace.reading.eps or 0.0) if smoothed else Fraction(0)
+    squares = Problem(problem.X, problem.o, lambda1=problem.lambda1, lambda2=0.0, lambda3=0.0)
+    w_, u_ = rational_vector(w), rational_vector(u)
+    views = sum((square_root(x * x + eps * eps).lower for x in w_), Fraction(0))
+    blocks = [u_[columns] for columns in problem.modalities]
+    norms = sum((square_root(dot(b, b) + eps * eps).lower for b in blocks), Fraction(0))
+    penalty = Fraction(problem.lambda2) * views + Fraction(problem.lambda3) * norms
+    return objective(squares, w_, u_).lower + factor * penalty
 
 
 def _certificate(problem: Problem) -> Certificate | None:
@@ -185,14 +231,6 @@ def _largest_rise(values: np.ndarray, scale: float) -> float:
     with np.errstate(all="ignore"):
         rises = np.diff(values) / scale
     return float(np.max(rises[np.isfinite(rises)], initial=0.0))
-
-
-def _own(part: str, trace: PaperTrace) -> Observation:
-    """The reading's own objective never rises."""
-    rises = trace.own_rises(ROUNDING)
-    return Observation.of(
-        part, not rises.size, _largest_rise(trace.own, trace.scale), f"rises at {rises[:3].tolist()}"
-    )
 
 
 def _distance(problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Observation:

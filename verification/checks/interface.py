@@ -15,6 +15,10 @@ from verification.sources import Source
 T = TypeVar("T")
 
 
+REFEREED = tuple(family for family in FAMILIES if family != "mixed_scales")
+"""Families for checks that ask the exact referee each time: an X that spans 1e470 takes it seconds."""
+
+
 @dataclass(frozen=True)
 class Observation:
     """What one problem says of one part.

@@ -10,7 +10,7 @@ from convexperc import recognition
 from convexperc.problem import Problem
 from convexperc.recognition import Recognition, Verdict
 from verification import referee
-from verification.checks.interface import Check, Observation
+from verification.checks.interface import REFEREED, Check, Observation
 from verification.checks.rational import Data, exact, number, squares
 from verification.evidence import Outcome
 from verification.oracles import Enclosure
@@ -109,4 +109,4 @@ def _tie(found: Recognition, twins: tuple[int, ...]) -> Observation:
     return Observation.of("B4/tie", not (told or parted), float(told or parted), detail)
 
 
-CHECKS = (Check("label", PARTS, observe, share=0.1),)
+CHECKS = (Check("label", PARTS, observe, REFEREED, share=0.1),)

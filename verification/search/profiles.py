@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from verification.checks.interface import Check
 from verification.claims import PARTS, Role
 
+LEAST = 4
+"""Hypothesis begins with the simplest problem, all zeros: fewer would say little."""
+
 
 @dataclass(frozen=True)
 class Profile:
@@ -30,8 +33,8 @@ class Profile:
     per_scale: int
 
     def budget(self, check: Check) -> int:
-        """Problems of each family for one check; at least 1."""
-        return max(1, round(self.problems * check.share))
+        """Problems of each family for one check; at least `LEAST`."""
+        return max(LEAST, round(self.problems * check.share))
 
     def hunted(self, part: str) -> bool:
         """Whether a failure of this part is shrunk."""
