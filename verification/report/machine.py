@@ -83,7 +83,7 @@ def report_file(record: Mapping[str, Any]) -> bytes:
 
 
 def plain(value: Any) -> Any:
-    """JSON data, with the words "inf", "-inf" and "nan" where JSON has no number, "?" for what no file can hold."""
+    """JSON data; "inf", "-inf" and "nan" where JSON has no number, "?" for what no file can hold."""
     if isinstance(value, Mapping):
         return {plain(str(key)): plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):

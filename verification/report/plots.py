@@ -24,6 +24,8 @@ MARKS = "os^Dvx"
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (7, 2, 1.5, 2)), (0, (1, 1.5)), (0, (9, 3)))
 WIDTH = 4.7
 """Inches; 450 pixels, so that 10 point letters stay readable on a phone."""
+LONGEST = 44
+"""Letters of a legend."""
 TOLERANCE = 1e-6
 """The line in the figure of distances: `verification.claims.LIMIT`."""
 REFERENCES: dict[str, Callable[[np.ndarray], np.ndarray]] = {"1/(k+1)^2": lambda k: (k + 1.0) ** -2}
@@ -188,12 +190,10 @@ def _numbers(values: Sequence[Any]) -> np.ndarray:
 
 
 def _words(name: str) -> str:
-    return (
-        name.replace("gauss_seidel", "Gauss-Seidel")
-        .replace("jacobi", "Jacobi")
-        .replace("_", " ")
-        .replace("/", ", ")
-    )
+    """A name for a legend or a row, cut where it would leave no room for the drawing."""
+    words = name.replace("gauss_seidel", "Gauss-Seidel").replace("jacobi", "Jacobi")
+    words = words.replace("_", " ").replace("/", ", ")
+    return words if len(words) <= LONGEST else f"{words[: LONGEST - 3]}..."
 
 
 def _logarithmic(axes: Axes, *names: str) -> None:

@@ -138,8 +138,8 @@ FIGURES = (
         "Where the iteration ends",
         "Each row is one reading in one order (GS: Gauss-Seidel): the darker a cell, the larger the"
         " share of its runs that ended with that relative distance (F(last) - F*)/F*. The line is the"
-        " tolerance. Runs without an end are not in the cells; the numbers on the right count the runs in the row"
-        " and, after the plus sign, the undecided ones.",
+        " tolerance. Runs without an end are not in the cells; the numbers on the right count the runs"
+        " in the row and, after the plus sign, the undecided ones.",
     ),
     Figure(
         "rate",
