@@ -6,17 +6,17 @@ that depends on the iterate.
 """
 
 import time
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from verification.checks.interface import Observation
+from verification.counting import Counted, Counter, Row, counted, eliminated, inner
 
 Numbers = NDArray[np.float64]
-Row = list["Counted"]
 
 VIEWS, MODALITIES = 4, 3
 """n and m where d varies."""
@@ -32,65 +32,6 @@ TIMED_FEATURES = (1000, 4000, 16000, 64000)
 TIMED_VIEWS = 16
 """Sizes for seconds: large enough that arithmetic dominates calls."""
 REPEATS = 3
-
-
-@dataclass
-class Counter:
-    """Multiplications and divisions so far."""
-
-    operations: int = 0
-
-
-@dataclass(frozen=True)
-class Counted:
-    """A float that counts the multiplications and divisions that it takes part in."""
-
-    value: float
-    counter: Counter = field(repr=False)
-
-    def __add__(self, other: "Counted") -> "Counted":
-        return Counted(self.value + other.value, self.counter)
-
-    def __sub__(self, other: "Counted") -> "Counted":
-        return Counted(self.value - other.value, self.counter)
-
-    def __mul__(self, other: "Counted") -> "Counted":
-        self.counter.operations += 1
-        return Counted(self.value * other.value, self.counter)
-
-    def __truediv__(self, other: "Counted") -> "Counted":
-        self.counter.operations += 1
-        return Counted(self.value / other.value, self.counter)
-
-
-def counted(values: Numbers, counter: Counter) -> list[Row]:
-    """Each entry of a matrix as a counting number."""
-    return [[Counted(float(x), counter) for x in row] for row in values]
-
-
-def eliminated(A: list[Row], b: Row) -> Row:
-    """Solve A x = b by elimination without pivoting: A is positive definite. Overwrites both."""
-    n = len(A)
-    for k in range(n):
-        for i in range(k + 1, n):
-            factor = A[i][k] / A[k][k]
-            for j in range(k + 1, n):
-                A[i][j] = A[i][j] - factor * A[k][j]
-            b[i] = b[i] - factor * b[k]
-    for i in reversed(range(n)):
-        for j in range(i + 1, n):
-            b[i] = b[i] - A[i][j] * b[j]
-        b[i] = b[i] / A[i][i]
-    return b
-
-
-def inner(x: Sequence[Counted], y: Iterable[Counted]) -> Counted:
-    """The inner product."""
-    products = [a * b for a, b in zip(x, y, strict=True)]
-    total = products[0]
-    for product in products[1:]:
-        total = total + product
-    return total
 
 
 @dataclass(frozen=True)

@@ -177,6 +177,26 @@ def halved_oracle(value: Enclosure, problem: Problem, w: Any, u: Any) -> Enclosu
     return oracles_objective(other, w, u)
 
 
+def lbp_of_levels(gray: Any, configuration: Any) -> Any:
+    """A neighbour must be brighter by about one level of 16 to count."""
+    codes = lbp.local_binary_pattern(
+        gray // 16,
+        P=configuration.lbp_points,
+        R=configuration.lbp_radius,
+        method=configuration.lbp_method,
+    )
+    rim = configuration.lbp_margin
+    inner = codes[rim:-rim, rim:-rim].astype(np.int64)
+    return np.bincount(inner.ravel(), minlength=configuration.lbp_bins).astype(np.float64)
+
+
+def exchanged(X: Any, configuration: Any) -> Any:
+    """The last block first."""
+    ends = np.cumsum(list(configuration.modality_sizes.values()))
+    first, middle, last = np.split(X, ends[:-1], axis=1)
+    return np.concatenate([last, middle, first], axis=1)
+
+
 oracles_objective = oracles.objective
 
 FORMULATION = (
@@ -223,7 +243,7 @@ FORMULATION = (
         wrapped(critical, "critical_lambda3", lambda found, *a: 2.0 * found),
     ),
     Fault(
-        "modalities proved zero without a radius",
+        "modalities proved zero for nothing",
         "F3/exact_zeros",
         wrapped(certificate, "proved_zeros", lambda zeros, *a: (zeros[0], np.ones_like(zeros[1]))),
         also=("B2/true", "B2/answered"),
@@ -264,7 +284,7 @@ DERIVATION = (
         wrapped(lemmas, "defined", lambda value, *a: 2 * value),
     ),
     Fault(
-        "the appendix's objective without lambda3",
+        "half of the appendix's objective",
         "A1/lambda1_one",
         wrapped(lemmas, "appendix", lambda value, p, w, u: Enclosure(value.lower / 2, value.upper / 2)),
     ),
@@ -277,7 +297,7 @@ LIBRARY = (
         terms_with(lambda f, p, w, u: {"modality_norm": 0.5 * f.modality_norm}),
     ),
     Fault(
-        "the gap taken at half",
+        "terms of the gap left out",
         "B1/dual",
         wrapped(certificate, "gap_terms", lambda t, *a: replace(t, loss=0.25 * t.loss, view_norm=0.0)),
     ),
@@ -309,9 +329,9 @@ LIBRARY = (
     ),
     Fault("HOG in single precision", "B5/hog", wrapped(hog, "hog_descriptor", lambda h, *a: np.float32(h))),
     Fault(
-        "LBP of floating-point gray values",
+        "LBP of gray values in 16 levels",
         "B5/lbp",
-        replaced(lbp, "lbp_histogram", lambda gray, c: lbp_of_floats(gray / 255.0, c)),
+        replaced(lbp, "lbp_histogram", lbp_of_levels),
     ),
     Fault(
         "blocks of colour and texture exchanged",
@@ -319,26 +339,6 @@ LIBRARY = (
         wrapped(extraction, "extract", lambda X, images, c: exchanged(X, c)),
     ),
 )
-
-
-def lbp_of_floats(gray: Any, configuration: Any) -> Any:
-    """Codes of shifted gray values: a neighbour must be brighter by one level to count."""
-    codes = lbp.local_binary_pattern(
-        np.floor(gray * 16.0).astype(np.uint8),
-        P=configuration.lbp_points,
-        R=configuration.lbp_radius,
-        method=configuration.lbp_method,
-    )
-    rim = configuration.lbp_margin
-    inner = codes[rim:-rim, rim:-rim].astype(np.int64)
-    return np.bincount(inner.ravel(), minlength=configuration.lbp_bins).astype(np.float64)
-
-
-def exchanged(X: Any, configuration: Any) -> Any:
-    """The last block first."""
-    ends = np.cumsum(list(configuration.modality_sizes.values()))
-    first, middle, last = np.split(X, ends[:-1], axis=1)
-    return np.concatenate([last, middle, first], axis=1)
 
 
 SOLVERS = (

@@ -24,7 +24,7 @@ from verification.checks import (
 from verification.checks.interface import Check, Observation, Player, Recorder
 from verification.claims import PARTS
 from verification.evidence import Outcome
-from verification.families import FAMILIES, seeded
+from verification.families import EXTREME, FAMILIES, seeded
 from verification.sources import Seeded
 from verification.strategies import Drawn
 
@@ -36,6 +36,8 @@ CHECKS: tuple[Check, ...] = tuple(check for module in MODULES for check in modul
 NAMES = [check.name for check in CHECKS]
 PROBLEMS = 24
 """Problems a family, times the check's share."""
+RARER = 6
+"""Problems of extreme families are this many times fewer: their exact referee takes long numbers."""
 FALSE = {"D1/printed", "D2/printed", "L2/inequality", "A1/objective", "A2/substitution", "S1/optimal"}
 """Parts that are false as stated: to fail on them is the finding."""
 
@@ -72,12 +74,13 @@ def test_names_and_parts_are_those_of_the_ledger():
 def test_the_true_code_passes_on_every_family(check):
     outcomes: dict[str, Counter[Outcome]] = {part: Counter() for part in check.parts}
     for family in check.families:
-        for index in range(max(2, round(PROBLEMS * check.share))):
+        rarer = RARER if family in EXTREME else 1
+        for index in range(max(2, round(PROBLEMS * check.share / rarer))):
             found = observed(check, family, index)
             parts = [each.part for each in found]
             assert len(set(parts)) == len(parts), (family, index, parts)
             for each in found:
-                assert each.measure >= 0.0, (family, index, each)
+                assert 0.0 <= each.measure < np.inf, (family, index, each)
                 false = each.outcome is Outcome.FAILED and each.part not in FALSE
                 assert not false, (family, index, each)
                 outcomes[each.part][each.outcome] += 1

@@ -5,7 +5,8 @@ import pytest
 from faults_library import COST
 
 from verification import clarabel_by_scale, cost
-from verification.cost import Counter, Growth, Iterate
+from verification.cost import Growth, Iterate
+from verification.counting import Counter
 from verification.evidence import Outcome
 
 

@@ -17,7 +17,18 @@ from convexperc.solvers.newton import Newton
 from convexperc.solvers.qp import Quadratic, is_quadratic
 from verification import oracles, referee
 from verification.checks.interface import REFEREED, Check, Observation
-from verification.checks.rational import LARGE, ULP, Data, drawn_point, exact, inner, number, share, squares
+from verification.checks.rational import (
+    LARGE,
+    ULP,
+    Data,
+    drawn_point,
+    exact,
+    inner,
+    is_finite,
+    number,
+    share,
+    squares,
+)
 from verification.evidence import Outcome
 from verification.oracles import square_root
 from verification.sources import Source
@@ -57,6 +68,8 @@ def _agreement(part: str, problem: Problem, solver: Solver) -> Observation:
         solution = solving.solve(problem, solver, escalate=False)
     except (SolverError, ArithmeticError, np.linalg.LinAlgError) as failure:
         return Observation(part, Outcome.UNDECIDED, detail=f"no answer: {failure}")
+    if not is_finite(solution.w, solution.u):
+        return Observation(part, Outcome.UNDECIDED, detail="the weights are beyond float64")
     return _judged(part, solution, referee.optimum(problem))
 
 
@@ -158,7 +171,7 @@ def _mean_is_no_better(problem: Problem, point: tuple[np.ndarray, np.ndarray], p
 def _equal_weights(solution: Solution, group: tuple[int, ...], pair: tuple[int, int]) -> Observation:
     """A point with a gap has (u_k - u_l)^2 lambda3 <= 4 gap ||u^i||: else the mean would lie below F*."""
     part, proof = "F4/parallel", solution.certificate
-    if solution.status is Status.NOT_CERTIFIED or not np.isfinite(proof.gap):
+    if solution.status is Status.NOT_CERTIFIED or not is_finite(solution.u, np.array(proof.gap)):
         return Observation(part, Outcome.UNDECIDED, detail="no finite gap is proved")
     values = exact(solution.u[list(group)])
     length = square_root(squares(values))

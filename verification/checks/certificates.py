@@ -11,7 +11,7 @@ from convexperc.problem import Problem
 from convexperc.solution import Solution, Status
 from verification import oracles, referee
 from verification.checks.interface import REFEREED, Check, Observation
-from verification.checks.rational import number
+from verification.checks.rational import LARGEST_MEASURE, is_finite, number, share
 from verification.evidence import Outcome
 from verification.oracles import Enclosure
 from verification.sources import Source
@@ -27,7 +27,7 @@ def observe_answer(problem: Problem, source: Source) -> Iterator[Observation]:
     solution = solving.solve(problem)
     proof, done = solution.certificate, solution.status is not Status.NOT_CERTIFIED
     detail = f"{solution.solver}: gap {proof.gap!r}, [{proof.lower!r}, {proof.upper!r}]"
-    yield Observation.of("B2/answered", done, proof.relative_gap, detail)
+    yield Observation.of("B2/answered", done, _width(solution), detail)
     if source.integer(0, RARE):
         return
     truth = referee.optimum(problem)
@@ -42,8 +42,18 @@ def observe_answer(problem: Problem, source: Source) -> Iterator[Observation]:
     yield Observation.of("F3/exact_zeros", not zeros, float(len(zeros)), "; ".join(zeros))
 
 
+def _width(solution: Solution) -> float:
+    """What is proved: the gap, or the width of an enclosed optimum, as a share of F* or of ||o||^2."""
+    proof = solution.certificate
+    if not proof.certified and proof.enclosed:
+        return share(Fraction(proof.upper) - Fraction(proof.lower), Fraction(proof.lower))
+    return min(proof.relative_gap, proof.share_of_target, LARGEST_MEASURE)
+
+
 def _false_intervals(solution: Solution) -> list[str]:
     """F(w, u) against the interval, exactly: it may not lie below F*."""
+    if not is_finite(solution.w, solution.u):
+        return []
     value = oracles.objective(solution.problem, solution.w, solution.u)
     lower = solution.certificate.lower
     return [f"lower {lower!r} > F(w, u) = {number(value.upper)!r}"] if lower > value.upper else []
@@ -82,8 +92,10 @@ def observe_batch(problem: Problem, source: Source) -> Iterator[Observation]:
 
 
 def _single(problem: Problem) -> Enclosure:
-    """F* as `solve` encloses it, its upper end exactly F at its point."""
+    """F* as `solve` encloses it, its upper end exactly F at its point, or by the referee."""
     solution = solving.solve(problem)
+    if not is_finite(solution.w, solution.u):
+        return referee.optimum(problem).value
     upper = oracles.objective(problem, solution.w, solution.u).upper
     return Enclosure(Fraction(solution.certificate.lower), upper)
 
@@ -94,7 +106,7 @@ def _false_answers(answers: Answers, j: int, problem: Problem, truth: Enclosure)
     if lower > truth.upper or upper < truth.lower:
         found.append(f"[{lower!r}, {upper!r}] misses F* = {number(truth.upper)!r}")
     w, u = np.asarray(answers.w[j]), answers.u(j)
-    if not (np.isfinite(w).all() and np.isfinite(u).all()):
+    if not is_finite(w, u):
         if np.isfinite(gap):
             found.append(f"gap {gap!r} of a point that is not finite")
         return found

@@ -7,6 +7,7 @@ from convexperc.problem import Problem
 from convexperc.solution import Status
 from verification import raw
 from verification.checks.interface import Check, Observation
+from verification.checks.rational import LARGEST_MEASURE
 from verification.evidence import Outcome
 from verification.sources import Source
 
@@ -26,12 +27,12 @@ def observe(problem: Problem, source: Source) -> Iterator[Observation]:
     if solution.status is Status.NOT_CERTIFIED:
         yield Observation(PART, Outcome.UNDECIDED, detail="no certified interval")
         return
-    if proof.upper == 0.0:
-        yield Observation(PART, Outcome.SKIPPED, detail="F* = 0: no value but 0 is relatively near")
+    if proof.lower == 0.0:
+        yield Observation(PART, Outcome.SKIPPED, detail="F* may be 0: no distance is relative to it")
         return
     away = answer.distance(proof.lower, proof.upper)
     detail = f'"optimal" {answer.value!r}, F* in [{proof.lower!r}, {proof.upper!r}]'
-    yield Observation.of(PART, away <= CLOSE, away, detail)
+    yield Observation.of(PART, away <= CLOSE, min(away, LARGEST_MEASURE), detail)
 
 
 CHECKS = (Check("clarabel", (PART,), observe, share=0.1),)

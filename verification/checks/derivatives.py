@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 
@@ -101,7 +102,7 @@ class _Place:
     w: Vector
     u: FeatureVector
 
-    @property
+    @cached_property
     def data(self) -> Data:
         return Data.of(self.problem)
 
@@ -155,7 +156,7 @@ def _view(place: _Place, j: int) -> Slope:
     corrected = smooth + (data.lambda2 if w[j] > 0 else -data.lambda2)
     true = float(paper_systems.derivative_w(problem, CORRECTED, w, u)[j])
     residual = math.copysign(float(optimality.optimality_residual(problem, w, u).views[j]), true)
-    plain = 2 * data.lambda1 * sizes_q[j], data.lambda2 / abs(point[0][j]), max(sizes_p), max(sizes_q)
+    plain = max(sizes_p), (1 + 2 * data.lambda1) * max(sizes_q), data.lambda2 / abs(point[0][j])
     return Slope(
         "D1",
         place.quotients(0, j, STEP * abs(point[0][j])),
@@ -184,7 +185,8 @@ def _feature(place: _Place, i: int, k: int) -> Slope:
     if len(data.groups[i]) == 1 and 1.0 / BLUNT < magnitude < BLUNT:
         residual = float(optimality.optimality_residual(problem, w, u).modalities[i])
         known = true, math.copysign(residual, true)
-    plain = inner(map(abs, column), sizes_q), data.lambda3 / length.lower, max(sizes_q)
+    pull = inner(map(abs, column), sizes_q)
+    plain = pull, (1 + 2 * data.lambda1) * max(sizes_q), data.lambda3 / length.lower
     return Slope(
         "D2",
         place.quotients(1, k, STEP * length.lower),

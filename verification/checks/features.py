@@ -13,6 +13,7 @@ from convexperc.features import lbp as texture
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.problem import Problem
 from verification.checks.interface import Check, Observation
+from verification.checks.rational import LARGEST_MEASURE
 from verification.evidence import Outcome
 from verification.sources import Source
 
@@ -131,7 +132,7 @@ def _turned_back(descriptor: Numbers, settings: FeatureConfiguration) -> Numbers
 
 def _same(part: str, found: Numbers, true: Numbers, allowed: float) -> Observation:
     if found.shape != true.shape:
-        return Observation.of(part, False, np.inf, f"{found.shape} numbers, not {true.shape}")
+        return Observation.of(part, False, LARGEST_MEASURE, f"{found.shape} numbers, not {true.shape}")
     away = float(np.abs(found - true).max())
     detail = f"differs by {away!r} at number {int(np.abs(found - true).argmax())}"
     return Observation.of(part, away <= allowed, away, detail)
@@ -141,7 +142,9 @@ def _partition(picture: Pixels, settings: FeatureConfiguration, blocks: tuple[Nu
     """Colour, shape, texture, each of its stated size and of unit length, or 0."""
     sizes, row = settings.modality_sizes, np.asarray(extraction.extract([picture], settings))[0]
     if list(sizes.items()) != list(zip(("color", "hog", "lbp"), (b.size for b in blocks), strict=True)):
-        return Observation.of("B5/partition", False, np.inf, f"sizes {sizes} are not those of the blocks")
+        return Observation.of(
+            "B5/partition", False, LARGEST_MEASURE, f"sizes {sizes} are not those of the blocks"
+        )
     units = []
     for block in blocks:
         length = float(np.sqrt(np.square(block).sum()))

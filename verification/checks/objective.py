@@ -13,7 +13,19 @@ from convexperc import solving
 from convexperc.problem import Problem
 from verification import referee
 from verification.checks.interface import Check, Observation
-from verification.checks.rational import LARGE, ULP, Data, Exact, drawn_point, exact, number, squares, total
+from verification.checks.rational import (
+    LARGE,
+    LARGEST_MEASURE,
+    ULP,
+    Data,
+    Exact,
+    drawn_point,
+    exact,
+    number,
+    share,
+    squares,
+    total,
+)
 from verification.evidence import Outcome
 from verification.oracles import Enclosure
 from verification.sources import Source
@@ -70,10 +82,10 @@ def _terms(data: Data, w: Exact, u: Exact) -> list[_Term]:
 def _worst_term(found: list[float], values: list[Enclosure], rooms: list[Fraction]) -> Observation:
     worst, detail = 0.0, ""
     for name, value, true, room in zip((*TERMS, "F"), found, values, rooms, strict=True):
-        measure = math.inf
+        measure = LARGEST_MEASURE
         if math.isfinite(value):
             away = max(true.lower - Fraction(value), Fraction(value) - true.upper, Fraction(0))
-            measure = number(away / room)
+            measure = share(away, room)
         if measure > worst:
             worst, detail = measure, f"{name}: the library has {value!r}, exact is {number(true.lower)!r}"
     return Observation.of("B1/objective", worst <= 1.0, worst, detail)
@@ -85,7 +97,8 @@ def observe_bounds(problem: Problem, source: Source) -> Iterator[Observation]:
     near, thorough = source.choice((NOWHERE, 0.0, *DISTANCES)), bool(source.integer(0, 1))
     if near != NOWHERE:
         solution = solving.solve(problem)
-        w, u = solution.w * (1.0 + near * np.sign(w)), solution.u * (1.0 + near * np.sign(u))
+        with np.errstate(over="ignore"):
+            w, u = solution.w * (1.0 + near * np.sign(w)), solution.u * (1.0 + near * np.sign(u))
     proof = judge.certify(problem, w, u, thorough=thorough)
     false = referee.violations(problem, w, u, proof, referee.optimum(problem))
     yield Observation.of("B1/dual", not false, float(len(false)), "; ".join(false))

@@ -21,6 +21,8 @@ ULP = Fraction(1, 2**52)
 """One unit in the last place, as a share of a number."""
 SMALLEST = Fraction(1, 2**1074)
 """The smallest positive float: what one underflow can lose."""
+LARGEST_MEASURE = 1e300
+"""Measures stay finite, so that they can be written to JSON and driven up."""
 LARGE = Fraction(2) ** 1000
 """Sums beyond this may overflow float64 on the way."""
 FAR = 900
@@ -118,10 +120,15 @@ def number(value: Fraction) -> float:
 
 
 def share(part: Fraction, whole: Fraction) -> float:
-    """Divide `part` by `whole`, as a float >= 0; infinite where only `whole` is 0."""
+    """Divide `part` by `whole`, as a float from 0 to `LARGEST_MEASURE`; that where only `whole` is 0."""
     if part <= 0:
         return 0.0
-    return number(part / whole) if whole else np.inf
+    return min(number(part / whole), LARGEST_MEASURE) if whole else LARGEST_MEASURE
+
+
+def is_finite(*vectors: np.ndarray) -> bool:
+    """Whether no entry is NaN or infinite, as those of weights beyond float64 are."""
+    return all(bool(np.isfinite(vector).all()) for vector in vectors)
 
 
 def drawn_point(problem: Problem, source: Source) -> tuple[Vector, FeatureVector]:

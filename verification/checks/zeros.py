@@ -8,6 +8,7 @@ import numpy as np
 
 from convexperc import critical, solving
 from convexperc.problem import Problem
+from convexperc.scaling import Scaling
 from convexperc.solution import Solution, Status
 from verification import oracles
 from verification.checks.interface import Check, Observation
@@ -18,7 +19,7 @@ from verification.sources import Source
 BELOW = 0.9
 """A lambda this share of the critical one must leave weights that are not 0."""
 BEYOND = 1.0 + 2.0**-16
-"""The critical lambda3 is as accurate as the solution behind it: tried a little beyond."""
+"""The critical lambda3 is tried a little beyond, for its rounding."""
 FAR = 2.0**10
 """A lambda3 this many times the critical one leaves u = 0 without doubt."""
 
@@ -87,8 +88,8 @@ def _zero_is_optimal_below(problem: Problem, j: int, correlation: Fraction) -> s
 def observe_lambda3(problem: Problem, source: Source) -> Iterator[Observation]:
     """Compare F* at the critical lambda3 with F* far beyond it, and look for u = 0 at 0.9 of it."""
     part = "F3/critical_lambda3"
-    value = critical.critical_lambda3(problem, solving.solve)
-    lambdas = [BELOW * value, BEYOND * value, FAR * value]
+    value, radius = _critical_lambda3(problem)
+    lambdas = [max(0.0, BELOW * value - radius), BEYOND * value + radius, FAR * (value + radius)]
     if not all(math.isfinite(x) for x in lambdas):
         yield Observation(part, Outcome.SKIPPED, detail="the critical lambda3 is beyond float64")
         return
@@ -100,20 +101,38 @@ def observe_lambda3(problem: Problem, source: Source) -> Iterator[Observation]:
     short = Fraction(proofs[1].lower) - Fraction(proofs[0].upper)
     detail = f"F* in [{proofs[0].lower!r}, {proofs[0].upper!r}] at lambda3 = {lambdas[1]!r}, "
     detail += f"in [{proofs[1].lower!r}, {proofs[1].upper!r}] far beyond"
-    needless = value > 0.0 and _is_zero(below)
+    needless = lambdas[0] > 0.0 and bool(below.certificate.zero_modalities.all())
     if needless:
         detail = f"u = 0 is proved optimal at lambda3 = {lambdas[0]!r} already, below {value!r}"
     yield Observation.of(part, short <= 0 and not needless, share(short, Fraction(proofs[1].upper)), detail)
 
 
+def _critical_lambda3(problem: Problem) -> tuple[float, float]:
+    """The critical lambda3, and how far its solution's gap may have put it off.
+
+    Formula: 2 lambda1 max_i ||X_i'w||; a point with u = 0 and a gap has ||X'(w - w*)||^2 <= gap.
+    """
+    behind: list[Solution] = []
+
+    def solve(posed: Problem) -> Solution:
+        behind.append(solving.solve(posed))
+        return behind[-1]
+
+    try:
+        value = critical.critical_lambda3(problem, solve)
+    except OverflowError:
+        return math.inf, 0.0
+    if not behind:
+        return value, 0.0
+    scaling, solution = Scaling.of(problem), behind[-1]
+    radius = 2.0 * solution.problem.lambda1 * math.sqrt(solution.duality_gap())
+    with np.errstate(all="ignore"):
+        return value, float(np.ldexp(radius, 2 * scaling.x + scaling.o))
+
+
 def _finite(*solutions: Solution) -> bool:
     ends = [x for each in solutions for x in (each.certificate.lower, each.certificate.upper)]
     return bool(np.isfinite(ends).all())
-
-
-def _is_zero(solution: Solution) -> bool:
-    """Whether u* = 0 is proved, of a modality that could matter."""
-    return bool(solution.certificate.zero_modalities.all())
 
 
 CHECKS = (
