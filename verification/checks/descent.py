@@ -175,7 +175,7 @@ def own_objective(problem: Problem, trace: PaperTrace, w: Entries, u: Entries) -
     """What the absolute or the smoothed update descends, to 1e-100 of itself.
 
     ||X'w - o||^2 + lambda1 ||Xu - w||^2 + f (lambda2 sum_j s(w_j) + lambda3 sum_i s(||u^i||)),
-    s(t) = sqrt(t^2 + e^2), with f = 1/2, e = 0 for the absolute update and f = 1, e = eps for the smoothed one.
+    s(t) = sqrt(t^2 + e^2), with f = 1/2, e = 0 for the absolute update and f = 1, e = eps for the smoothed.
     """
     smoothed = trace.reading.name == "smoothed"
     factor = Fraction(1) if smoothed else Fraction(1, 2)
