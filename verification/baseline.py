@@ -8,6 +8,7 @@ from pathlib import Path
 from convexperc.errors import FileFormatError
 from verification.claims import CLAIMS, PARTS, Role
 from verification.evidence import Evidence, Judgement, Verdict, summed
+from verification.verdicts import is_selected
 
 SCHEMA = "convexperc/baseline/1"
 BASELINE = Path(__file__).with_name("baseline.json")
@@ -98,6 +99,11 @@ def baseline_file(judgements: Mapping[str, Judgement]) -> bytes:
         "parts": {key: judgements[key].verdict.value for key in PARTS},
     }
     return (json.dumps(data, indent=1) + "\n").encode()
+
+
+def for_run(baseline: Mapping[str, Verdict], evidence: Evidence) -> dict[str, Verdict]:
+    """What the baseline expects of the claims that a run was about."""
+    return {key: each for key, each in baseline.items() if is_selected(evidence, key.split("/")[0])}
 
 
 def compare(judgements: Mapping[str, Judgement], baseline: Mapping[str, Verdict]) -> tuple[Change, ...]:

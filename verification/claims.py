@@ -76,6 +76,8 @@ class Claim:
     parts : tuple of Part
     testable : str
         Why it cannot be judged here; empty if it can.
+    repaired_by : tuple of str
+        Keys of parts of other claims that belong to its nearest true form, besides its own repairs.
     """
 
     id: str
@@ -85,6 +87,7 @@ class Claim:
     method: str
     parts: tuple[Part, ...]
     testable: str = ""
+    repaired_by: tuple[str, ...] = ()
 
 
 READINGS = ("printed", "absolute", "corrected", "appendix_half", "appendix_full", "smoothed")
@@ -97,7 +100,9 @@ def _claim(data: dict[str, Any]) -> Claim:
     parts = [_part(data["id"], each) for each in data.pop("part", [])]
     if "by_reading" in data:
         parts += _by_reading(data["id"], data.pop("by_reading"))
-    return Claim(**data | {"subject": Subject(data["subject"]), "parts": tuple(parts)})
+    repaired_by = tuple(data.get("repaired_by", ()))
+    named = {"subject": Subject(data["subject"]), "parts": tuple(parts), "repaired_by": repaired_by}
+    return Claim(**data | named)
 
 
 def _part(claim: str, data: dict[str, Any]) -> Part:

@@ -2,6 +2,7 @@
 
 import hashlib
 import time
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -27,6 +28,9 @@ from verification.search.shards import Found, problem_of
 
 Progress = Callable[[str, int, int], None]
 """Called with a stage, how much of it is done, and how much there is."""
+
+CATALOGUE = "catalogue"
+"""Origin of the counterexamples that come with the verifier."""
 
 COUNTED = "operation counts"
 """Stands for the family where costs are counted."""
@@ -108,40 +112,63 @@ def gather(options: Options, journal: Path, progress: Progress = lambda stage, d
     Returns
     -------
     Run
-        With ``interrupted`` set if Ctrl-C ended the search: the counts are then those of the shards so far.
+        With ``interrupted`` set if Ctrl-C ended it: the counts are then those of the shards so far, and the
+        journal is left open, so that a run of the same options does not do them again.
+
+    Raises
+    ------
+    OSError
+        The journal cannot be written.
     """
-    run, times = Run(), dict[str, float]()
+    settings = _settings(options)
+    book = Journal(journal, settings | {"source": source_digest()})
+    try:
+        run = _gathered(options, settings, book, progress)
+    except KeyboardInterrupt:
+        return _broken_off(options, settings, book)
+    book.finish()
+    return run
+
+
+def _gathered(options: Options, settings: dict[str, Any], book: Journal, progress: Progress) -> Run:
+    run, times = Run(Evidence(settings)), dict[str, float]()
     evidence = run.evidence
-    evidence.settings = _settings(options)
     with _timed(times, "search"):
-        result = _search(options, journal, run, progress)
+        result = _search(options, book, progress)
     evidence.counts = list(_counts(result, options))
     evidence.missing += [*result.unreached, *result.broken]
-    if run.interrupted:
-        return run
     with _timed(times, "arguments"):
         evidence.arguments = [each for each in all_arguments() if options.wants(each.part)]
     with _timed(times, "counterexamples"):
         candidates = [record for record in catalogue() if options.wants(record.part)]
         candidates += _found(result, options, evidence.missing)
-        _confirm(candidates, run, progress)
+        _confirm(sorted(candidates, key=_smallest_first), run, progress)
     with _timed(times, "series"):
         _series(options, result, run, progress)
     evidence.volatile = {"machine": machine(), "seconds": times, "jobs": options.jobs} | evidence.volatile
     return run
 
 
+def _broken_off(options: Options, settings: dict[str, Any], book: Journal) -> Run:
+    """What the journal has, counted and not judged."""
+    result = Result.of(book.found.values(), options.checks)
+    total = sum(shard.problems for shard in plan(options.checks, options.profile))
+    missing = [f"interrupted after {result.total:,} of {total:,} problems"]
+    return Run(Evidence(settings, list(_counts(result, options)), missing=missing), interrupted=True)
+
+
 def _settings(options: Options) -> dict[str, Any]:
     return {
         "profile": options.profile.name,
+        "problems of each family": options.profile.problems,
         "seed": options.seed,
         "claims": list(options.claims),
         "versions": versions(),
     }
 
 
-def _search(options: Options, file: Path, run: Run, progress: Progress) -> Result:
-    """Search with a journal; after Ctrl-C, what the journal has."""
+def _search(options: Options, book: Journal, progress: Progress) -> Result:
+    """Search with a journal."""
     checks = options.checks
     total = sum(shard.problems for shard in plan(checks, options.profile))
     done = 0
@@ -151,17 +178,10 @@ def _search(options: Options, file: Path, run: Run, progress: Progress) -> Resul
         done += found.problems if found.key.endswith("|") else 0
         progress("search", done, total)
 
-    journal = Journal(file, _settings(options) | {"source": source_digest()})
-    try:
-        result = search(
-            checks, options.profile, options.seed, jobs=options.jobs, journal=journal, progress=count
-        )
-    except KeyboardInterrupt:
-        run.interrupted = True
-        run.evidence.missing.append(f"interrupted after {done} of {total} problems")
-        return Result.of(journal.found.values(), checks)
-    journal.finish()
-    return result
+    with warnings.catch_warnings():
+        # joblib replaces a worker that has grown large; what it had to do is done all the same
+        warnings.filterwarnings("ignore", message="A worker stopped", category=UserWarning)
+        return search(checks, options.profile, options.seed, jobs=options.jobs, journal=book, progress=count)
 
 
 def source_digest() -> str:
@@ -195,6 +215,11 @@ def _found(result: Result, options: Options, missing: list[str]) -> Iterator[Rec
             missing.append(f"{part}: a failure on {family} is not confirmed: {fault}")
 
 
+def _smallest_first(record: Record) -> tuple[bool, int, str]:
+    """Those of the catalogue before those that the search met, which say less; each in order of size."""
+    return record.origin != CATALOGUE, record.size.number, record.id
+
+
 def _confirm(records: Sequence[Record], run: Run, progress: Progress) -> None:
     """Confirm every record once more, exactly; a record that no longer fails is stale.
 
@@ -213,6 +238,7 @@ def _confirm(records: Sequence[Record], run: Run, progress: Progress) -> None:
 def _series(options: Options, result: Result, run: Run, progress: Progress) -> None:
     """The numbers of the plots; costs are counted, and also timed, which may vary."""
     evidence, wants = run.evidence, options.wants
+    evidence.series["coverage"] = series.coverage(result)
     if wants("T1a/printed/gauss_seidel"):
         evidence.series["counterexample"] = series.counterexample()
     if wants("T1b/printed/gauss_seidel"):

@@ -90,6 +90,14 @@ def distances(result: Result) -> dict[str, Any]:
     }
 
 
+def coverage(result: Result) -> dict[str, int]:
+    """How many problems of each family were looked at, over all checks."""
+    problems: dict[str, int] = {}
+    for (_, family), count in result.problems.items():
+        problems[family] = problems.get(family, 0) + count
+    return dict(sorted(problems.items()))
+
+
 def _merged(parts: list[dict[int, int]]) -> dict[int, int]:
     total: dict[int, int] = {}
     for part in parts:

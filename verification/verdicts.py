@@ -19,11 +19,8 @@ WEAKEST_FIRST = (
 )
 """The order in which a claim takes the verdict of its weakest stated part."""
 
-REPAIRED_ELSEWHERE = {
-    "T1a": ("T1c/descent/gauss_seidel", "T1c/descent/jacobi"),
-    "T1b": ("T1c/limit", "T1c/smoothed_distance"),
-}
-"""Nearest true forms that are claims of their own."""
+NOT_JUDGED = "not judged in this run"
+"""Said of a part of another claim that was not selected."""
 
 
 class ContradictionError(ConvexpercError, RuntimeError):
@@ -31,7 +28,7 @@ class ContradictionError(ConvexpercError, RuntimeError):
 
 
 def judge_all(evidence: Evidence) -> dict[str, Judgement]:
-    """Judge every claim and every part of the ledger.
+    """Judge the claims that the run was about, and their parts: all of the ledger, unless some were selected.
 
     Returns
     -------
@@ -43,8 +40,15 @@ def judge_all(evidence: Evidence) -> dict[str, Judgement]:
     ContradictionError
         See `judge_part`.
     """
-    parts = {key: judge_part(part, evidence) for key, part in PARTS.items()}
-    return {claim.id: judge_from_parts(claim, parts) for claim in CLAIMS.values()} | parts
+    claims = [claim for claim in CLAIMS.values() if is_selected(evidence, claim.id)]
+    parts = {part.key: judge_part(part, evidence) for claim in claims for part in claim.parts}
+    return {claim.id: judge_from_parts(claim, parts) for claim in claims} | parts
+
+
+def is_selected(evidence: Evidence, claim: str) -> bool:
+    """Whether the run was about this claim, as its settings say."""
+    selected = evidence.settings.get("claims", ())
+    return not selected or claim in selected
 
 
 def judge(claim: Claim, evidence: Evidence) -> Judgement:
@@ -96,7 +100,7 @@ def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
     refuted = [part.key for part in stated if parts[part.key].verdict is Verdict.REFUTED]
     if refuted:
         repairs = [
-            f"{part.key} {_verdict_in_words(parts[part.key])}" for part in nearest_true_form(claim)
+            f"{part.key} {_verdict_in_words(parts.get(part.key))}" for part in nearest_true_form(claim)
         ] or ["none is stated"]
         reason = f"{', '.join(refuted)} ({len(refuted)} of {len(stated)} stated)"
         return Judgement(Verdict.REFUTED, f"{reason}; nearest true form: {', '.join(repairs)}")
@@ -115,7 +119,7 @@ def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
 def nearest_true_form(claim: Claim) -> tuple[Part, ...]:
     """The parts that say what is true where the claim is not."""
     own = tuple(part for part in claim.parts if part.role is Role.REPAIR)
-    return own + tuple(PARTS[key] for key in REPAIRED_ELSEWHERE.get(claim.id, ()))
+    return own + tuple(PARTS[key] for key in claim.repaired_by)
 
 
 def _refuted(part: Part, confirmed: list[Refutation], arguments: list[Argument], count: Count) -> Judgement:
@@ -171,8 +175,8 @@ def _notes(refutations: list[Refutation], arguments: list[Argument], count: Coun
     return notes + ([f"stale: {', '.join(stale)}"] if stale else [])
 
 
-def _verdict_in_words(judgement: Judgement) -> str:
-    return f"{judgement.verdict.value} {judgement.condition}".strip()
+def _verdict_in_words(judgement: Judgement | None) -> str:
+    return f"{judgement.verdict.value} {judgement.condition}".strip() if judgement else NOT_JUDGED
 
 
 def _cases(number: int) -> str:

@@ -86,8 +86,9 @@ def series():
         "counterexample": {"title": "sign", "F_star": [1.0, 1.0], "runs": runs},
         "distance": {
             "edges": decades,
-            "counts": {name: [(at * k * k) % 97 for k in range(18)] for at, name in enumerate(names, 1)},
+            "counts": {name: [(at * k * k) % 97 for k in range(20)] for at, name in enumerate(names, 1)},
             "undecided": {name: at for at, name in enumerate(names)},
+            "undefined": {name: 2 * at for at, name in enumerate(names)},
         },
         "rate": {
             "title": "rate",

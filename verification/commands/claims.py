@@ -3,7 +3,7 @@
 import json
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,10 +13,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 if TYPE_CHECKING:
+    from verification.counterexamples.record import Record
     from verification.gather import Options, Run
 
-USAGE = 2
-OPEN = 3
+FAILED, OPEN = 1, 3
+"""Exit codes; 2, of misuse, is typer's."""
 
 Profiles = Annotated[str, typer.Option("--profile", help="How much is tried: quick, ci or full.")]
 Seed = Annotated[int, typer.Option(min=0, help="Two runs of one seed find the same.")]
@@ -51,9 +52,8 @@ def run(
     Exit code 0: every verdict is the baseline's; 1: a verdict changed, a promise of the library failed, or a
     record is stale; 2: misuse; 3: something required was left open.
     """
-    options = _options(claim, profile, seed, jobs)
-    found = _gather(options, out)
-    raise typer.Exit(_verdicts(found, options))
+    found = _gather(_options(claim, profile, seed, jobs), out)
+    raise typer.Exit(_verdicts(found))
 
 
 def report(
@@ -64,30 +64,34 @@ def report(
     jobs: Jobs = 2,
     out: Out = Path("reports"),
     evidence: Annotated[
-        Path | None, typer.Option(help="Render this evidence.json instead of a new run.", dir_okay=False)
+        Path | None,
+        typer.Option(
+            help="Render what a run has kept, OUT/.journal/*.evidence.json, instead of a new run; the options of"
+            " that run apply.",
+            dir_okay=False,
+        ),
     ] = None,
 ) -> None:
     """Judge the claims and write the report: report.html, .md, .json, junit.xml, counterexamples, SHA256SUMS.
 
     The same seed and versions give the same bytes, but for one block of times and names of this machine.
-    Exit codes as for `run`. A run that is broken off goes on where it was when it is started again.
+    With --claim the report is about these claims alone. Exit codes as for `run`. A run that is broken off goes
+    on where it was when it is started again.
     """
     if context.invoked_subcommand is not None:
         return
-    from convexperc.records import json_bytes  # noqa: PLC0415 - keeps --help quick
-    from verification.baseline import read_baseline  # noqa: PLC0415
-    from verification.report.write import write  # noqa: PLC0415
-    from verification.verdicts import judge_all  # noqa: PLC0415
-
-    options = _options(claim, profile, seed, jobs)
-    found = _gather(options, out) if evidence is None else _read(evidence)
-    code = _verdicts(found, options)
-    if found.interrupted:
-        raise typer.Exit(code)
-    records = {f"{name}.json": json_bytes(record.as_json()) for name, record in found.records.items()}
-    with _misuse("--out"):
-        write(found.evidence, judge_all(found.evidence), read_baseline(), out, records)
-    _console().print(f"wrote {out / 'report.html'} and its companions", highlight=False)
+    if evidence is not None and claim:
+        raise typer.BadParameter("cannot be combined with --evidence", param_hint="--claim")
+    if evidence is None:
+        found = _gather(_options(claim, profile, seed, jobs), out)
+    else:
+        found = _read(evidence)
+    code = _verdicts(found)
+    if not found.interrupted:
+        with _misuse("--evidence") if evidence is not None else nullcontext():
+            content = _content(found)
+        with _misuse("--out"):
+            _store(content, out)
     raise typer.Exit(code)
 
 
@@ -117,19 +121,16 @@ def replay(
     Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale.
     """
     from convexperc.picture import picture_kind  # noqa: PLC0415 - keeps --help quick
-    from convexperc.records import write_whole  # noqa: PLC0415
+    from convexperc.records import check_place, write_whole  # noqa: PLC0415
     from verification.checks.catalogue import CHECKS  # noqa: PLC0415
-    from verification.counterexamples.files import catalogue, load  # noqa: PLC0415
     from verification.replay import replay as again  # noqa: PLC0415
 
-    stored = {record.id: record for record in catalogue()}
-    place = next((p for p in (Path(name), out / "counterexamples" / f"{name}.json") if p.is_file()), None)
-    if place is None and name not in stored:
-        known = ", ".join(sorted(stored))
-        raise typer.BadParameter(f"no record {name!r}; the catalogue has {known}", param_hint="ID")
+    if plot is not None:
+        with _misuse("--plot"):
+            check_place(plot)
+            picture_kind(plot)
     with _misuse("ID"):
-        record = stored[name] if place is None else load(place)
-        result = again(record, {check.name: check for check in CHECKS})
+        result = again(_record(name, out), {check.name: check for check in CHECKS})
     console = _console()
     for line in result.text():
         console.print(line, highlight=False, markup=False)
@@ -159,6 +160,22 @@ def faults(
     raise typer.Exit(0 if all(each.caught for each in outcomes) else 1)
 
 
+def _record(name: str, out: Path) -> "Record":
+    """The record of the catalogue, the file, or the record beside the report in `out`, of that name."""
+    from verification.counterexamples.files import catalogue, load  # noqa: PLC0415 - keeps --help quick
+
+    stored = {record.id: record for record in catalogue()}
+    if name in stored:
+        return stored[name]
+    kept = out / "counterexamples" / f"{name}.json"
+    for place in (Path(name), kept):
+        if place.is_file():
+            return load(place)
+    known = ", ".join(sorted(stored))
+    message = f"no record {name!r} in {kept.parent} and no such file; the catalogue has {known}"
+    raise typer.BadParameter(message, param_hint="ID")
+
+
 def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Options":
     from verification.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
     from verification.gather import Options  # noqa: PLC0415
@@ -171,30 +188,34 @@ def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Op
             raise typer.BadParameter(
                 f"no claim {each!r}; the ledger has {', '.join(CLAIMS)}", param_hint="--claim"
             )
-    return Options(PROFILES[profile], seed, jobs, tuple(claim or ()))
+    return Options(PROFILES[profile], seed, jobs, tuple(each for each in CLAIMS if each in (claim or ())))
 
 
 def _gather(options: "Options", out: Path) -> "Run":
     """Run with a progress bar; keep the evidence, even of a run that was broken off."""
-    from convexperc.records import write_json  # noqa: PLC0415 - keeps --help quick
+    from convexperc.records import check_place, write_json  # noqa: PLC0415 - keeps --help quick
     from verification.gather import gather  # noqa: PLC0415
 
     name = "-".join([options.profile.name, str(options.seed), *options.claims])
+    kept = out / ".journal" / f"{name}.evidence.json"
+    with _misuse("--out"):  # before the work, not after it
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        for place in (kept, kept.with_name(f"{name}.jsonl"), out / "report.html"):
+            check_place(place)
     bars: dict[str, Any] = {}
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    with _misuse("--out"), Progress(*columns, console=Console(stderr=True)) as bar:
+    with Progress(*columns, console=Console(stderr=True)) as bar:
 
         def progress(stage: str, done: int, total: int) -> None:
             if stage not in bars:
                 bars[stage] = bar.add_task(stage, total=total)
             bar.update(bars[stage], completed=done)
 
-        found = gather(options, out / ".journal" / f"{name}.jsonl", progress)
+        found = gather(options, kept.with_name(f"{name}.jsonl"), progress)
         command = " ".join(["python -m verification", *_arguments(options)])
-        found.evidence.settings["command"] = command
-        write_json(out / ".journal" / f"{name}.evidence.json", found.as_json())
-    if found.interrupted:
-        _console().print("Interrupted. What was found is kept; the same command goes on from there.")
+        found.evidence.settings = {"command": command} | found.evidence.settings
+        write_json(kept, found.as_json())
+    _console().print(f"evidence: {kept}; 'report --evidence' renders it", highlight=False, markup=False)
     return found
 
 
@@ -206,37 +227,71 @@ def _arguments(options: "Options") -> Iterator[str]:
 
 
 def _read(file: Path) -> "Run":
-    from verification.gather import Run  # noqa: PLC0415 - keeps --help quick
+    """Read back what `_gather` has kept."""
+    from verification.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
+    from verification.gather import Run  # noqa: PLC0415
 
-    with _misuse("--evidence"):
-        return Run.from_json(json.loads(file.read_text(encoding="utf-8")))
+    try:
+        found = Run.from_json(json.loads(file.read_text(encoding="utf-8")))
+        if unknown := set(found.evidence.settings["claims"]) - set(CLAIMS):
+            raise ValueError(f"the ledger has no claim {', '.join(sorted(unknown))}")
+        return found
+    except OSError as problem:
+        raise typer.BadParameter(str(problem), param_hint="--evidence") from None
+    except (ValueError, TypeError, LookupError, AttributeError) as problem:
+        message = f"{file.name} is no evidence of a run: {type(problem).__name__}: {problem}"
+        raise typer.BadParameter(message, param_hint="--evidence") from None
 
 
-def _verdicts(found: "Run", options: "Options") -> int:
-    """Print the verdicts on the claims that were judged, and what differs from the baseline."""
-    from verification.baseline import assess, read_baseline  # noqa: PLC0415 - keeps --help quick
-    from verification.claims import CLAIMS  # noqa: PLC0415
-    from verification.evidence import Verdict  # noqa: PLC0415
+def _content(found: "Run") -> dict[str, bytes]:
+    """The files of the report."""
+    from convexperc.records import json_bytes  # noqa: PLC0415 - keeps --help quick
+    from verification.baseline import for_run, read_baseline  # noqa: PLC0415
+    from verification.report.write import files  # noqa: PLC0415
     from verification.verdicts import judge_all  # noqa: PLC0415
 
-    judgements = {
-        key: each
-        for key, each in judge_all(found.evidence).items()
-        if not options.claims or key.split("/")[0] in options.claims
-    }
-    baseline = {key: each for key, each in read_baseline().items() if key in judgements}
-    assessment = assess(found.evidence, judgements, baseline)
+    evidence = found.evidence
+    records = {f"{name}.json": json_bytes(record.as_json()) for name, record in found.records.items()}
+    return files(evidence, judge_all(evidence), for_run(read_baseline(), evidence), records)
+
+
+def _store(content: dict[str, bytes], out: Path) -> None:
+    from verification.report.write import store  # noqa: PLC0415 - keeps --help quick
+
+    store(content, out)
+    _console().print(f"wrote {out / 'report.html'} and its companions", highlight=False, markup=False)
+
+
+def _verdicts(found: "Run") -> int:
+    """Print the verdicts on the claims that were judged, and what differs from the baseline."""
+    from verification.baseline import assess, for_run, read_baseline  # noqa: PLC0415 - keeps --help quick
+    from verification.claims import CLAIMS  # noqa: PLC0415
+    from verification.evidence import Verdict  # noqa: PLC0415
+    from verification.verdicts import ContradictionError, judge_all  # noqa: PLC0415
+
+    console, evidence = _console(), found.evidence
+    if found.interrupted:
+        told = "; ".join(evidence.missing)
+        console.print(f"{told}: nothing is judged. The same command goes on from there.", highlight=False)
+        return OPEN
+    try:
+        judgements = judge_all(evidence)
+    except ContradictionError as problem:
+        console.print(str(problem), highlight=False, markup=False)
+        raise typer.Exit(FAILED) from None
+    assessment = assess(evidence, judgements, for_run(read_baseline(), evidence))
     table = Table("claim", "verdict", "from")
     for key in CLAIMS:
         if key in judgements:
             each = judgements[key]
             condition = f" {each.condition}" if each.verdict is Verdict.HOLDS_UNDER else ""
             table.add_row(key, each.verdict.value + condition, each.reason)
-    console = _console()
     console.print(table)
+    if table.row_count < len(CLAIMS):
+        console.print(f"judged: {table.row_count} of {len(CLAIMS)} claims; nothing is said of the others")
     for message in assessment.messages:
         console.print(message, highlight=False, markup=False)
-    return OPEN if found.interrupted else assessment.code
+    return assessment.code
 
 
 @contextmanager
@@ -246,7 +301,7 @@ def _misuse(hint: str) -> Iterator[None]:
 
     try:
         yield
-    except (OSError, ConvexpercError, json.JSONDecodeError, KeyError) as problem:
+    except (OSError, ConvexpercError) as problem:
         raise typer.BadParameter(str(problem), param_hint=hint) from None
 
 

@@ -78,5 +78,5 @@ def _record(
     name: str, part: str, kind: str, statement: str, problem: Problem, fields: Mapping[str, Any], origin: str
 ) -> Record:
     exact = ExactProblem.of(problem)
-    size = Size(f"n = {exact.n}, d = {exact.d}, as the search shrank it", magnitude(exact))
+    size = Size(f"n = {exact.n}, d = {exact.d}, the smallest that the search met", magnitude(exact))
     return Record(name, part, kind, statement, exact, fields, origin, size)

@@ -37,7 +37,7 @@ def report_record(
     ----------
     evidence : Evidence
     judgements : mapping of str to Judgement
-        On every claim and part, see `verification.verdicts.judge_all`.
+        On every claim that was judged and its parts, see `verification.verdicts.judge_all`.
     baseline : mapping of str to Verdict
     assessment : Assessment
     records : mapping of str to bytes
@@ -56,12 +56,14 @@ def report_record(
     """
     if missing := [name for name in NEEDED if name not in evidence.settings]:
         raise InputError("settings", value=missing, must=f"must have {', '.join(NEEDED)}; these are missing")
+    judged = [claim for claim in CLAIMS.values() if claim.id in judgements]
     stable: dict[str, Any] = {
         "schema": SCHEMA,
         "outcome": _outcome(assessment),
         "settings": evidence.settings,
-        "summary": _summary(judgements),
-        "claims": [_claim(claim, evidence, judgements, baseline) for claim in CLAIMS.values()],
+        "summary": _summary(judged, judgements),
+        "claims": [_claim(claim, evidence, judgements, baseline) for claim in judged],
+        "unjudged": [claim.id for claim in CLAIMS.values() if claim.id not in judgements],
         "missing": evidence.missing,
         "series": evidence.series,
         "counterexamples": {name: hashlib.sha256(data).hexdigest() for name, data in sorted(records.items())},
@@ -103,11 +105,11 @@ def _outcome(assessment: Assessment) -> dict[str, Any]:
     }
 
 
-def _summary(judgements: Mapping[str, Judgement]) -> list[dict[str, Any]]:
-    subjects = dict.fromkeys(claim.subject for claim in CLAIMS.values())
+def _summary(judged: list[Claim], judgements: Mapping[str, Judgement]) -> list[dict[str, Any]]:
+    subjects = dict.fromkeys(claim.subject for claim in judged)
     rows = []
     for subject in subjects:
-        claims = [claim for claim in CLAIMS.values() if claim.subject is subject]
+        claims = [claim for claim in judged if claim.subject is subject]
         counted = Counter(judgements[claim.id].verdict for claim in claims)
         rows.append(
             {

@@ -101,8 +101,9 @@ def _distance(axes: Axes, series: Mapping[str, Any]) -> None:
     edges = np.log10(_numbers(series["edges"]))
     rows = list(series["counts"])
     table = np.array([series["counts"][row] for row in rows], dtype=np.float64)
-    if table.shape[1] != edges.size - 1:
-        raise ValueError(f"{table.shape[1]} counts do not fit {edges.size} edges")
+    if table.shape[1] != edges.size + 1:
+        raise ValueError(f"{table.shape[1]} counts do not fit {edges.size} edges and what lies beyond them")
+    edges = np.concatenate([[edges[0] - 1.0], edges, [edges[-1] + 1.0]])
     totals = table.sum(axis=1)
     shares = table / np.maximum(totals, 1.0)[:, None]
     axes.pcolormesh(
@@ -120,8 +121,11 @@ def _distance(axes: Axes, series: Mapping[str, Any]) -> None:
     axes.set_ylim(len(rows), 0)
     axes.tick_params(axis="y", length=0, labelsize=8)
     right = axes.secondary_yaxis("right")
-    undecided = series["undecided"]
-    counts = [f"{total:.0f} + {undecided[row]}" for row, total in zip(rows, totals, strict=True)]
+    others = [series[name] for name in ("undecided", "undefined")]
+    counts = [
+        " + ".join([f"{total:.0f}", *(str(other[row]) for other in others)])
+        for row, total in zip(rows, totals, strict=True)
+    ]
     right.set_yticks(np.arange(len(rows)) + 0.5, counts)
     right.tick_params(length=0, labelsize=8)
     axes.set_xlabel("log10 of (F(last) - F*) / F*")

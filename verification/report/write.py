@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from convexperc.errors import InputError
-from convexperc.records import write_whole
+from convexperc.records import check_place, write_whole
 from verification.baseline import assess
 from verification.evidence import Evidence, Judgement, Verdict
 from verification.report.junit import junit
@@ -53,10 +53,7 @@ def write(
     outdir: Path,
     records: Mapping[str, bytes],
 ) -> None:
-    """Write a report into a folder, in place of the one that may be there.
-
-    Everything is rendered before anything is written. Counterexamples of the former report, as its SHA256SUMS
-    lists them, are removed where the new one has none of their name; no other file is touched.
+    """Render a report and store it.
 
     Parameters
     ----------
@@ -66,18 +63,39 @@ def write(
     baseline : mapping of str to Verdict
         See `verification.baseline.read_baseline`.
     outdir : Path
-        Made if absent.
     records : mapping of str to bytes
         The counterexamples to go with it, by file name.
 
     Raises
     ------
     InputError
-        See `files`; or the folder cannot be written.
+        See `files` and `store`.
     """
-    content = files(evidence, judgements, baseline, records)
+    store(files(evidence, judgements, baseline, records), outdir)
+
+
+def store(content: Mapping[str, bytes], outdir: Path) -> None:
+    """Write the files of a report into a folder, in place of the one that may be there.
+
+    Every place is looked at before anything is written. Counterexamples of the former report, as its SHA256SUMS
+    lists them, are removed where the new one has none of their name; no other file is touched.
+
+    Parameters
+    ----------
+    content : mapping of str to bytes
+        See `files`.
+    outdir : Path
+        Made if absent.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or something other than a file is in the place of one.
+    """
     try:
         (outdir / RECORDS).mkdir(parents=True, exist_ok=True)
+        for name in (*content, SUMS):
+            check_place(outdir / name)
         _withdraw(outdir, content)
     except OSError as problem:
         raise InputError(
