@@ -13,6 +13,7 @@ from verification import referee
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import Data, exact, number, squares
 from verification.evidence import Outcome
+from verification.families import FAMILIES
 from verification.oracles import Enclosure
 from verification.sources import Source
 
@@ -109,4 +110,6 @@ def _tie(found: Recognition, twins: tuple[int, ...]) -> Observation:
     return Observation.of("B4/tie", not (told or parted), float(told or parted), detail)
 
 
-CHECKS = (Check("label", PARTS, observe, largest=(3, 6), share=0.1),)
+FEASIBLE = tuple(name for name in FAMILIES if name != "mixed_scales")
+"""Entries from 5e-324 to 1e150 in one library take a second or more a template, exactly."""
+CHECKS = (Check("label", PARTS, observe, families=FEASIBLE, largest=(3, 6), share=0.1),)
