@@ -40,7 +40,7 @@ AWAY = Fraction(1, 10**4)
 problem, where float64 can be trusted with it: every solver's own tolerance is 1e-9 or less."""
 MODEST = 1e6
 """Float64 can be trusted with normalised lambdas and entries of X that are 0 or within this factor of 1,
-and lambda2 > 0, so that w* depends continuously on the data."""
+and lambda1, lambda2 > 0, so that w* is unique and depends continuously on the data."""
 ROUNDING = 16
 """The library's sum of norms may be off by this many units, times d."""
 
@@ -95,7 +95,9 @@ def _is_modest(problem: Problem) -> bool:
     normal = Scaling.of(problem).normalise(problem)
     sizes = np.abs(np.concatenate([normal.X.ravel(), normal.lambdas]))
     sizes = sizes[sizes > 0.0]
-    return problem.lambda2 > 0.0 and bool((sizes > 1.0 / MODEST).all() and (sizes < MODEST).all())
+    return min(problem.lambda1, problem.lambda2) > 0.0 and bool(
+        (sizes > 1.0 / MODEST).all() and (sizes < MODEST).all()
+    )
 
 
 def observe_group_lasso(problem: Problem, source: Source) -> Iterator[Observation]:
