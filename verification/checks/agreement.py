@@ -185,9 +185,9 @@ def _equal_weights(solution: Solution, group: tuple[int, ...], pair: tuple[int, 
 
 
 CHECKS = (
-    Check("conic", ("F2/conic",), observe_conic, REFEREED, share=0.1),
-    Check("reduced", ("F2/reduced",), observe_reduced, REFEREED, share=0.25),
-    Check("quadratic", ("F2/quadratic",), observe_quadratic, share=0.25),
-    Check("group lasso", ("F2/group_lasso",), observe_group_lasso),
-    Check("equal columns", ("F4/parallel",), observe_equal_columns),
+    Check("conic", ("F2/conic",), observe_conic, REFEREED, share=0.03),
+    Check("reduced", ("F2/reduced",), observe_reduced, REFEREED, share=0.03),
+    Check("quadratic", ("F2/quadratic",), observe_quadratic, share=0.03),
+    Check("group lasso", ("F2/group_lasso",), observe_group_lasso, share=0.5),
+    Check("equal columns", ("F4/parallel",), observe_equal_columns, share=0.5),
 )
