@@ -38,7 +38,9 @@ def test_its_verdicts_are_the_baseline(committed: dict[str, Any]) -> None:
     found = {claim["id"]: claim["verdict"] for claim in committed["claims"]}
     found |= {part["key"]: part["verdict"] for claim in committed["claims"] for part in claim["parts"]}
     expected = {key: verdict.value for key, verdict in read_baseline().items()}
-    assert found == expected, {key: (found.get(key), each) for key, each in expected.items() if found.get(key) != each}
+    assert found == expected, {
+        key: (found.get(key), each) for key, each in expected.items() if found.get(key) != each
+    }
 
 
 def test_it_is_about_the_ledger_as_it_is(committed: dict[str, Any]) -> None:
