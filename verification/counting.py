@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +20,9 @@ class Counter:
 
 @dataclass(frozen=True)
 class Counted:
-    """A float that counts the multiplications and divisions that it takes part in."""
+    """A number that counts the multiplications and divisions that it takes part in; none is free."""
 
-    value: float
+    value: Any
     counter: Counter = field(repr=False)
 
     def __add__(self, other: "Counted") -> "Counted":
@@ -66,3 +68,27 @@ def inner(x: Sequence[Counted], y: Iterable[Counted]) -> Counted:
     for product in products[1:]:
         total = total + product
     return total
+
+
+def eliminate(n: int) -> int:
+    """Return the multiplications and divisions that solving one dense n x n system takes, by running it.
+
+    The system is positive definite, as those of steps 6 and 7, and rational: the solution is checked exactly.
+
+    Formula: n^3/3 + n^2 - n/3 for elimination without a zero pivot and back substitution.
+
+    Raises
+    ------
+    ArithmeticError
+        The elimination is wrong.
+    """
+    counter = Counter()
+    A = [[Fraction(min(i, j) + 1 + (n if i == j else 0)) for j in range(n)] for i in range(n)]
+    right = [Counted(Fraction(i + 1), counter) for i in range(n)]
+    x = eliminated([[Counted(entry, counter) for entry in row] for row in A], right)
+    count = counter.operations
+    for i, row in enumerate(A):
+        left = sum((entry * each.value for entry, each in zip(row, x, strict=True)), Fraction(0))
+        if left != i + 1:
+            raise ArithmeticError(f"row {i} of {n}: {left} is not {i + 1}; the elimination is wrong")
+    return count

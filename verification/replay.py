@@ -3,6 +3,7 @@
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, Literal
 
 import matplotlib as mpl
@@ -15,10 +16,12 @@ from rich.table import Table
 from rich.text import Text
 
 from convexperc.errors import InputError
+from convexperc.solvers.readings import SMOOTHED
 from verification.checks.interface import Check
 from verification.claims import PARTS
 from verification.counterexamples.confirmation import Confirmation, Line, minus, shown
 from verification.counterexamples.kinds import confirm
+from verification.counterexamples.loops import with_iterations
 from verification.counterexamples.record import Record
 from verification.oracles import Enclosure
 
@@ -27,6 +30,15 @@ WIDTH = 100
 
 MOST_ENTRIES = 4
 """Entries of w and of u that a table shows."""
+
+LONGEST = 16
+"""Longer fractions that are float64 numbers are shown as decimals."""
+
+SHOWN = 25
+"""Iterations shown of a case that a search found."""
+
+LOOPS = ("T1a/", "T1b/")
+"""Parts whose cases are runs of Algorithm 1."""
 
 PLOTS = ("svg", "png")
 INK, QUIET, ACCENT, ALARM = "#1d2733", "#6b7683", "#0b6fb8", "#b3261e"
@@ -172,7 +184,12 @@ def replay(record: Record, checks: Mapping[str, Check]) -> Replay:
     FileFormatError
         A field of the record is missing or malformed.
     """
-    return Replay(record, confirm(record, checks))
+    result = confirm(record, checks)
+    problem = None if record.problem is None else record.problem.in_floats()
+    if record.kind == "case" and record.part.startswith(LOOPS) and problem is not None:
+        eps = Fraction(SMOOTHED.for_problem(problem).eps or 0.0)
+        result = with_iterations(record, result, eps, SHOWN)
+    return Replay(record, result)
 
 
 def _row(line: Line, optimum: Enclosure | None) -> Row:
@@ -203,11 +220,17 @@ def _problem_lines(record: Record) -> tuple[str, ...]:
         return ()
     if problem.n * problem.d > 24:
         return (f"problem: n = {problem.n}, d = {problem.d}, m = {problem.m}",)
-    rows = "; ".join(" ".join(str(x) for x in row) for row in problem.X)
-    lambdas = ", ".join(f"lambda{i} = {x}" for i, x in enumerate(problem.lambdas, 1))
+    rows = "; ".join(" ".join(map(_number, row)) for row in problem.X)
+    lambdas = ", ".join(f"lambda{i} = {_number(x)}" for i, x in enumerate(problem.lambdas, 1))
     sizes = ", ".join(str(len(group)) for group in problem.groups)
-    o = " ".join(str(x) for x in problem.o)
+    o = " ".join(map(_number, problem.o))
     return (f"X = [{rows}], o = [{o}], modalities of {sizes}, {lambdas}",)
+
+
+def _number(x: Fraction) -> str:
+    """A fraction, or where it is long the decimal that is read as this float64."""
+    short = len(str(x)) <= LONGEST or Fraction(float(x)) != x
+    return str(x) if short else repr(float(x))
 
 
 def _draw_iterations(axes: Axes, rows: Sequence[Row], optimum: Enclosure | None) -> None:

@@ -18,8 +18,8 @@ SHOWN = 12
 LONG = 400
 """Iterations shown where the rate is the subject."""
 
-DECADES = range(-16, 3)
-"""Distances are counted by powers of ten between these; what is smaller or larger goes to the ends."""
+DECADES = range(-16, 4)
+"""Distances in (10^(k-1), 10^k] are counted for each k; what is smaller or larger goes to the ends."""
 
 FLOOR = 1e-17
 """Gaps below this share of F* are rounding and are not drawn."""
@@ -79,7 +79,7 @@ def distances(result: Result) -> dict[str, Any]:
             name = f"{reading}/{order}"
             tallies = [tally for (part, _), tally in result.tallies.items() if part == f"T1b/{name}"]
             total: Mapping[int, int] = _merged([tally.decades for tally in tallies])
-            counts[name] = [_within(total, at) for at in range(len(DECADES) + 1)]
+            counts[name] = [_within(total, at) for at in DECADES]
             undefined[name] = total.get(UNBOUNDED, 0)
             undecided[name] = sum(tally.outcomes["undecided"] for tally in tallies)
     return {
@@ -107,7 +107,7 @@ def _merged(parts: list[dict[int, int]]) -> dict[int, int]:
 
 
 def _within(total: Mapping[int, int], at: int) -> int:
-    """How many lie at most at edge `at` and above the one before; the last counts what lies above all."""
-    low = -UNBOUNDED if at == 0 else DECADES[at - 1]
-    high = UNBOUNDED if at == len(DECADES) else DECADES[at] + 1
-    return sum(count for decade, count in total.items() if low < decade < high)
+    """How many lie in decade `at`; runs without a limit are not among them."""
+    low = -UNBOUNDED if at == DECADES[0] else at
+    high = UNBOUNDED if at == DECADES[-1] else at + 1
+    return sum(count for decade, count in total.items() if low <= decade < high)

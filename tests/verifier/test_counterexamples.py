@@ -24,10 +24,10 @@ from verification.counterexamples.kinds import BY_KIND, completed, confirm, refu
 from verification.counterexamples.record import KINDS, Record, magnitude, parse
 from verification.counterexamples.smallest import smallest_lock, smallest_rise
 from verification.counterexamples.whole_numbers import Batch, problems, whole_problem
+from verification.counting import eliminate
 from verification.exact_loop import iterates, start
 from verification.exact_problem import ExactProblem
 from verification.exact_update import ORDERS, SIZES, Update
-from verification.operation_counts import eliminate
 from verification.oracles import Enclosure
 from verification.sources import Seeded, Source
 

@@ -119,6 +119,6 @@ def _false_answers(answers: Answers, j: int, problem: Problem, truth: Enclosure)
 
 
 CHECKS = (
-    Check("answer", ("B2/answered", "B2/true", "F3/exact_zeros"), observe_answer),
-    Check("batch", ("B2/batch",), observe_batch, REFEREED, share=0.5),
+    Check("answer", ("B2/answered", "B2/true", "F3/exact_zeros"), observe_answer, share=0.1),
+    Check("batch", ("B2/batch",), observe_batch, REFEREED, share=0.1),
 )

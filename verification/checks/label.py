@@ -109,4 +109,4 @@ def _tie(found: Recognition, twins: tuple[int, ...]) -> Observation:
     return Observation.of("B4/tie", not (told or parted), float(told or parted), detail)
 
 
-CHECKS = (Check("label", PARTS, observe, REFEREED, largest=(3, 6), share=0.1),)
+CHECKS = (Check("label", PARTS, observe, REFEREED, largest=(3, 6), share=0.04),)

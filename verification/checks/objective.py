@@ -106,5 +106,5 @@ def observe_bounds(problem: Problem, source: Source) -> Iterator[Observation]:
 
 CHECKS = (
     Check("terms", ("B1/objective",), observe_terms),
-    Check("bounds", ("B1/dual",), observe_bounds, share=0.25),
+    Check("bounds", ("B1/dual",), observe_bounds, share=0.05),
 )

@@ -78,4 +78,4 @@ def _scaled(problem: Problem, s: Fraction, t: Fraction) -> tuple[Problem, Fracti
     return scaled, t
 
 
-CHECKS = (Check("scaling", (PART,), observe),)
+CHECKS = (Check("scaling", (PART,), observe, share=0.5),)

@@ -136,6 +136,6 @@ def _finite(*solutions: Solution) -> bool:
 
 
 CHECKS = (
-    Check("critical lambda2", ("F3/critical_lambda2",), observe_lambda2),
+    Check("critical lambda2", ("F3/critical_lambda2",), observe_lambda2, share=0.5),
     Check("critical lambda3", ("F3/critical_lambda3",), observe_lambda3, share=0.5),
 )

@@ -1,6 +1,7 @@
 """Counterexamples that are runs of Algorithm 1: rises of F, wrong limits, locked zeros, singular systems."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -147,6 +148,30 @@ def confirm_singular(record: Record) -> Confirmation:
         exact = all(x.width == 0 for x in (*course[-1].w, *course[-1].u))
         return Confirmation(exact and fault.system == system, finding, found, _lines(course, remarks))
     return Confirmation(False, f"the matrices after iteration {k} are not singular", lines=_lines(course))
+
+
+def with_iterations(record: Record, result: Confirmation, eps: Fraction, count: int) -> Confirmation:
+    """Add the first `count` exact iterations to a case of T1a or T1b, whose part names the update.
+
+    Parameters
+    ----------
+    record : Record
+    result : Confirmation
+        What confirming it gave.
+    eps : Fraction
+        Of the smoothed update.
+    count : int
+
+    Raises
+    ------
+    UnresolvedError
+        4096 bits do not tell.
+    """
+    problem, (_, reading, order) = the_problem(record), record.part.split("/")
+    update = Update(reading, order, eps if reading == "smoothed" else Fraction(0))
+    course = iterates(problem, update, None, count)
+    singular = {} if len(course) > count else {len(course) - 1: "the next system is singular"}
+    return replace(result, lines=_lines(course, singular), optimum=optimum_bounds(problem))
 
 
 def the_problem(record: Record) -> ExactProblem:

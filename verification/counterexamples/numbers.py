@@ -9,9 +9,9 @@ from convexperc.errors import FileFormatError
 from verification.counterexamples.confirmation import Confirmation, Side, minus, point, shown, text
 from verification.counterexamples.loops import the_problem
 from verification.counterexamples.record import Record, numbers_of
+from verification.counting import eliminate
 from verification.exact_optimality import dot, is_optimal, rational_root, residuals, value
 from verification.exact_problem import ExactProblem, Rational
-from verification.operation_counts import eliminate
 from verification.oracles import Enclosure
 
 EXPONENT_SLACK = Fraction(1, 2)
