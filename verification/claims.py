@@ -116,9 +116,14 @@ def _by_reading(claim: str, data: dict[str, Any]) -> list[Part]:
     for reading in READINGS:
         for order in ORDERS:
             role = Role.STATED if (reading, order) == ("printed", "gauss_seidel") else Role.READING
-            statement = data["statement"].format(reading=reading, order=order.replace("_", "-"))
+            statement = data["statement"].format(reading=reading, order=order_in_words(order))
             parts.append(Part(f"{claim}/{reading}/{order}", role, **data | {"statement": statement}))
     return parts
+
+
+def order_in_words(order: str) -> str:
+    """Gauss-Seidel or Jacobi."""
+    return order.replace("_", "-").title()
 
 
 def _read() -> dict[str, Claim]:

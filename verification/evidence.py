@@ -150,6 +150,8 @@ class Refutation:
         How small it is, for example "n = d = 1, entries up to 4".
     origin : str
         "catalogue", or the search that found it.
+    given : str
+        The problem, the point and the update, in exact numbers where they are short.
     """
 
     id: str
@@ -158,6 +160,7 @@ class Refutation:
     finding: str
     size: str
     origin: str
+    given: str = ""
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,11 @@ def rate() -> dict[str, Any]:
         "corrected, at the critical lambda2": _gaps(critical, "corrected"),
         "smoothed, at the critical lambda2": _gaps(critical, "smoothed"),
     }
-    return {"title": "F - F* as a share of F*", "curves": curves, "reference": "1/(k+1)^2"}
+    return {
+        "title": "a problem of n = 2, d = 3, and X = o = 1, lambda1 = lambda3 = 0, lambda2 = 2",
+        "curves": curves,
+        "reference": "1/(k+1)^2",
+    }
 
 
 def _gaps(problem: Problem, reading: str) -> list[float]:

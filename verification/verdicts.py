@@ -102,7 +102,8 @@ def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
         repairs = [
             f"{part.key} {_verdict_in_words(parts.get(part.key))}" for part in nearest_true_form(claim)
         ] or ["none is stated"]
-        reason = f"{', '.join(refuted)} ({len(refuted)} of {len(stated)} stated)"
+        share = f" ({len(refuted)} of {len(stated)} stated parts)" if len(stated) > 1 else ""
+        reason = f"{', '.join(refuted)}{share}"
         return Judgement(Verdict.REFUTED, f"{reason}; nearest true form: {', '.join(repairs)}")
     weakest = min((parts[part.key].verdict for part in stated), key=WEAKEST_FIRST.index)
     at_it = [part.key for part in stated if parts[part.key].verdict is weakest]
@@ -111,8 +112,10 @@ def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
     if len(stated) == 1:
         return Judgement(weakest, parts[stated[0].key].reason, condition)
     if len(at_it) == len(stated):
-        return Judgement(weakest, f"all {len(stated)} stated parts alike", condition)
-    reason = f"the weakest of {len(stated)} stated parts: {', '.join(at_it)}"
+        return Judgement(weakest, f"the verdict on all {len(stated)} stated parts", condition)
+    others = [parts[part.key].verdict for part in stated if part.key not in at_it]
+    told = ", ".join(f"{others.count(verdict)} {verdict.value}" for verdict in dict.fromkeys(others))
+    reason = f"the weakest of {len(stated)} stated parts: {', '.join(at_it)}; the others: {told}"
     return Judgement(weakest, reason, condition)
 
 

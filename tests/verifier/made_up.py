@@ -79,7 +79,7 @@ def counts(part):
 
 def series():
     runs = {f"{name} gauss_seidel": [4.0 - f * k / (k + 1) for k in range(12)] for name, f in FALLS.items()}
-    decades = [10.0**k for k in range(-16, 3)]
+    decades = [10.0**k for k in range(-16, 4)]
     names = [f"{name}/{order}" for name in FALLS for order in ("gauss_seidel", "jacobi")]
     ks = range(200)
     return {

@@ -114,11 +114,11 @@ def of_claim(identity, **by_part):
 @pytest.mark.parametrize(
     ("parts", "verdict", "reason"),
     [
-        (("", "", ""), Verdict.HOLDS, "all 3 stated parts alike"),
+        (("", "", ""), Verdict.HOLDS, "the verdict on all 3 stated parts"),
         (("", "w > 0", ""), Verdict.HOLDS_UNDER, "the weakest of 3 stated parts: F1/bounded"),
         (("", "w > 0", "case"), Verdict.SUPPORTED, "the weakest of 3 stated parts: F1/attained"),
         (("", None, "case"), Verdict.INCONCLUSIVE, "F1/bounded"),
-        ((None, None, "counterexample"), Verdict.REFUTED, "F1/attained (1 of 3 stated)"),
+        ((None, None, "counterexample"), Verdict.REFUTED, "F1/attained (1 of 3 stated parts)"),
     ],
 )
 def test_a_claim_is_refuted_or_as_weak_as_its_weakest_stated_part(parts, verdict, reason):

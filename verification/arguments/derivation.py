@@ -130,4 +130,4 @@ def substitution() -> Argument:
         ),
     )
     conclusion = "At w = v the two sides agree if and only if at most one entry is not 0."
-    return Argument("A2/elementwise", conclusion, "v != 0; 0/0 on the left read as 0", steps)
+    return Argument("A2/elementwise", conclusion, "v != 0, and 0/0 on the left is read as 0", steps)

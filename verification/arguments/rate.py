@@ -13,8 +13,8 @@ HOFFMAN = (
     " 49 (1952) 263-265"
 )
 CONDITION = (
-    "lambda1, lambda2, lambda3 > 0 and no exact zero among the iterates; strict: |w_j(i)| stays away from 0"
-    " or lim |v_j| < lambda2, ||u^i(i)|| stays away from 0 or lim ||g^i|| < lambda3"
+    "lambda1, lambda2, lambda3 > 0; no iterate has an exact zero; each w_j(i) stays away from 0 or has"
+    " lim |v_j| < lambda2, each u^i(i) stays away from 0 or has lim ||g^i|| < lambda3"
 )
 
 

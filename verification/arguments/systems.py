@@ -70,7 +70,7 @@ def woodbury() -> Argument:
         ),
     )
     conclusion = "Step 7 costs O(n^2 d + n^3) by this identity."
-    return Argument("C1/woodbury", conclusion, "lambda3 > 0; blocks of u that are 0 left out", steps)
+    return Argument("C1/woodbury", conclusion, "lambda3 > 0, and blocks of u that are 0 are left out", steps)
 
 
 def separated() -> Argument:

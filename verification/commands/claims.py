@@ -66,8 +66,8 @@ def report(
     evidence: Annotated[
         Path | None,
         typer.Option(
-            help="Render what a run has kept, OUT/.journal/*.evidence.json, instead of a new run; the options of"
-            " that run apply.",
+            help="Render what a run has kept, OUT/.journal/*.evidence.json, instead of a new run;"
+            " its options apply.",
             dir_okay=False,
         ),
     ] = None,
@@ -75,17 +75,14 @@ def report(
     """Judge the claims and write the report: report.html, .md, .json, junit.xml, counterexamples, SHA256SUMS.
 
     The same seed and versions give the same bytes, but for one block of times and names of this machine.
-    With --claim the report is about these claims alone. Exit codes as for `run`. A run that is broken off goes
-    on where it was when it is started again.
+    With --claim the report is about these claims alone. Exit codes as for `run`. A run that is broken off
+    goes on where it was when it is started again.
     """
     if context.invoked_subcommand is not None:
         return
     if evidence is not None and claim:
         raise typer.BadParameter("cannot be combined with --evidence", param_hint="--claim")
-    if evidence is None:
-        found = _gather(_options(claim, profile, seed, jobs), out)
-    else:
-        found = _read(evidence)
+    found = _read(evidence) if evidence else _gather(_options(claim, profile, seed, jobs), out)
     code = _verdicts(found)
     if not found.interrupted:
         with _misuse("--evidence") if evidence is not None else nullcontext():

@@ -7,6 +7,7 @@ from convexperc.errors import FileFormatError, SolverError
 from convexperc.problem import Problem
 from verification.checks.interface import Check, Observation, Player
 from verification.counterexamples.confirmation import Confirmation, agree
+from verification.counterexamples.given import given
 from verification.counterexamples.loops import (
     confirm_locked,
     confirm_rise,
@@ -87,7 +88,13 @@ def completed(record: Record, checks: Mapping[str, Check]) -> Record:
 def refutation(record: Record, result: Confirmation) -> Refutation:
     """What the report says of it."""
     return Refutation(
-        record.id, record.part, result.confirmed, result.finding, record.size.text, record.origin
+        record.id,
+        record.part,
+        result.confirmed,
+        result.finding,
+        record.size.text,
+        record.origin,
+        given(record),
     )
 
 

@@ -215,4 +215,5 @@ def _refutation(found: Refutation) -> dict[str, Any]:
         "finding": found.finding,
         "size": found.size,
         "origin": found.origin,
+        "given": found.given,
     }

@@ -5,9 +5,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from verification.evidence import Verdict
+from verification.families import SUMMARIES
 from verification.report import sentences, words
 
 Record = Mapping[str, Any]
+FEW = 8
+"""Claims with more parts than this get a table of them."""
 VOLATILE = "## What differs from run to run"
 """Heading of the last section, the only one that may differ between two runs of one seed."""
 
@@ -20,7 +23,7 @@ def markdown(record: Record) -> bytes:
     record : mapping
         See `verification.report.machine.report_record`.
     """
-    sections = (_top, _reproduce, _ledger, _limits, _evidence, _terms, _settings, _volatile)
+    sections = (_top, _refuted, _reproduce, _ledger, _limits, _evidence, _terms, _settings, _volatile)
     lines = [line for section in sections for line in section(record)]
     return ("\n".join(lines).rstrip() + "\n").encode()
 
@@ -41,7 +44,10 @@ def code(text: object) -> str:
 
 def _top(record: Record) -> Iterator[str]:
     told, findings = sentences.outcome(record)
-    yield from (f"# {words.TITLE}", "", sentences.headline(record), "", f"**{told}**", "")
+    yield from (f"# {words.TITLE}", "", sentences.headline(record), "")
+    if partial := sentences.partial(record):
+        yield from (f"**{prose(partial)}**", "")
+    yield from (f"**{told}**", "")
     yield from (f"- {prose(line)}" for line in findings)
     yield from ("", "## Verdicts", "")
     verdicts = list(Verdict)
@@ -57,11 +63,34 @@ def _top(record: Record) -> Iterator[str]:
     yield ""
 
 
+def _refuted(record: Record) -> Iterator[str]:
+    """Of each refuted claim: the smallest counterexample, how to see it, and what is true instead."""
+    yield from ("### Refuted claims, and what stands instead", "")
+    for claim in record["claims"]:
+        if claim["verdict"] != Verdict.REFUTED:
+            continue
+        yield f"- **{claim['id']}** ({prose(claim['place'])}): {prose(claim['statement'])}"
+        for key, found in sentences.examples(claim):
+            given = f" for {code(found['given'])}" if found["given"] else ""
+            yield f"  - {prose(key)} fails{given}: {code(found['finding'])}."
+            yield f"    {code(sentences.replay(found['id']))}"
+        for part in sentences.nearest(record, claim):
+            under = f" under {code(part['condition'])}" if part["condition"] else ""
+            named = f"{prose(part['key'])} **{part['verdict']}**{under}"
+            yield f"  - Nearest true form: {named}: {code(part['statement'])}"
+        for key in sentences.elsewhere(record, claim):
+            yield f"  - Nearest true form: {prose(key)}, which this run did not judge."
+        if not claim["nearest"]:
+            yield "  - No nearest true form is stated."
+    yield ""
+
+
 def _reproduce(record: Record) -> Iterator[str]:
     settings = record["settings"]
     yield from ("## How to reproduce this", "", f"    {' '.join(str(settings['command']).split())}", "")
     yield f"Profile {prose(settings['profile'])}, seed {prose(settings['seed'])}. Versions are listed with"
-    yield "the settings, the commit in the last section. A counterexample, iteration by iteration:"
+    yield "the settings, the commit in the last section. A counterexample, iteration by iteration (for one"
+    yield "that the search found, give the folder of this report with `--out`):"
     yield from ("", f"    {sentences.replay('ID')}", "")
 
 
@@ -72,7 +101,7 @@ def _ledger(record: Record) -> Iterator[str]:
             claim["id"],
             claim["verdict"],
             f"{prose(claim['statement'])} ({prose(claim['place'])})",
-            prose(claim["reason"]) + (f"; under: {prose(claim['condition'])}" if claim["condition"] else ""),
+            f"{prose(sentences.sentence(claim['reason']))} {prose(sentences.condition(claim))}".rstrip(),
         ]
         for claim in record["claims"]
     )
@@ -83,7 +112,7 @@ def _ledger(record: Record) -> Iterator[str]:
 def _limits(record: Record) -> Iterator[str]:
     yield from ("## Known limitations", "")
     yield from (f"- {prose(limitation)}" for limitation in words.LIMITATIONS)
-    for figure in words.FIGURES:
+    for figure in sentences.figures(record):
         if figure.name not in record["series"]:
             yield f"- {prose(figure.title)} ({figure.claim}): {words.NOT_RUN.lower()}"
     yield from (f"- **Missing in this run:** {prose(what)}" for what in record["missing"])
@@ -94,11 +123,14 @@ def _evidence(record: Record) -> Iterator[str]:
     yield from ("## Evidence by claim", "")
     for claim in record["claims"]:
         yield from (f"### {claim['id']}: {claim['verdict']}", "", prose(claim["statement"]), "")
-        yield f"Place: {prose(claim['place'])}. Method: {prose(claim['method'])}"
-        yield ""
+        if claim["verdict"] == Verdict.NOT_TESTABLE:
+            yield from (f"Place: {prose(claim['place'])}. {prose(sentences.sentence(claim['reason']))}", "")
+            continue
+        yield from (f"Place: {prose(claim['place'])}. Method: {prose(claim['method'])}", "")
         for part in claim["parts"]:
             yield from _part(part)
         yield ""
+        yield from _by_family(claim)
 
 
 def _part(part: Record) -> Iterator[str]:
@@ -119,14 +151,57 @@ def _part(part: Record) -> Iterator[str]:
             yield f"    {number}. {code(step['statement'])} {checked}"
     for found in part["counterexamples"]:
         word = "Counterexample" if found["confirmed"] else "Stale record, counts as nothing:"
-        yield f"  - {word} {code(found['id'])} ({prose(found['size'])}): {code(found['finding'])}"
+        yield f"  - {word} {code(found['id'])} ({prose(found['size'])}; {prose(found['origin'])})"
+        if found["given"]:
+            yield f"    {code(found['given'])}"
+        yield f"    {code(found['finding'])}"
         yield f"    {code(sentences.replay(found['id']))}"
+
+
+def _by_family(claim: Record) -> Iterator[str]:
+    """A row for each part: its cases on random and on degenerate problems, and where it fails."""
+    if len(claim["parts"]) <= FEW:
+        return
+    rows = (
+        [
+            prose(part["key"]),
+            part["verdict"],
+            *(prose(sentences.cases(count)) for _, count in sentences.by_kind(part)),
+            prose(_failing(part)),
+        ]
+        for part in claim["parts"]
+    )
+    yield from _table(
+        ["part", "verdict", "random", "degenerate", "all", "failed of decided, by family"], rows
+    )
+    yield ""
+
+
+def _failing(part: Record) -> str:
+    """Where it fails: failed of decided cases of each family that has a failure."""
+    counts = part["families"]
+    told = [
+        f"{name.replace('_', ' ')} {counts[name]['failed']}/{counts[name]['failed'] + counts[name]['held']}"
+        for name in sentences.in_order(counts)
+        if counts[name]["failed"]
+    ]
+    return ", ".join(told) or "none"
 
 
 def _terms(record: Record) -> Iterator[str]:
     yield from ("## Symbols and terms", "")
     yield from (f"- {code(symbol)}: {prose(meaning)}" for symbol, meaning in words.SYMBOLS)
     yield from (f"- reading {prose(name)}: {prose(meaning)}" for name, meaning in words.READINGS)
+    yield from ("", "## Families of problems", "")
+    rows = (
+        [
+            prose(row["family"]),
+            *(row[name] for name in ("problems", *sentences.CASES)),
+            prose(SUMMARIES.get(row["family"], "counted at fixed sizes")),
+        ]
+        for row in sentences.coverage(record)
+    )
+    yield from _table(["family", "problems", *sentences.CASES, "what it is"], rows)
     yield ""
 
 

@@ -48,7 +48,7 @@ def _context(record: Mapping[str, Any]) -> dict[str, Any]:
         "certificate_subjects": [name for name in subjects if name in (LIBRARY, SOLVERS)],
         "figures": {each.name: _figure(each, record["series"]) for each in words.FIGURES},
         "times": _figure(words.TIMES, record["volatile"]),
-        "unrun": [each for each in words.FIGURES if each.name not in record["series"]],
+        "unrun": [each for each in sentences.figures(record) if each.name not in record["series"]],
     }
 
 

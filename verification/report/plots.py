@@ -101,9 +101,9 @@ def _distance(axes: Axes, series: Mapping[str, Any]) -> None:
     edges = np.log10(_numbers(series["edges"]))
     rows = list(series["counts"])
     table = np.array([series["counts"][row] for row in rows], dtype=np.float64)
-    if table.shape[1] != edges.size + 1:
-        raise ValueError(f"{table.shape[1]} counts do not fit {edges.size} edges and what lies beyond them")
-    edges = np.concatenate([[edges[0] - 1.0], edges, [edges[-1] + 1.0]])
+    if table.shape[1] != edges.size:
+        raise ValueError(f"{table.shape[1]} counts do not fit {edges.size} upper ends")
+    edges = np.concatenate([[edges[0] - 1.0], edges])
     totals = table.sum(axis=1)
     shares = table / np.maximum(totals, 1.0)[:, None]
     axes.pcolormesh(
@@ -144,7 +144,7 @@ def _rate(axes: Axes, series: Mapping[str, Any]) -> None:
     reference = REFERENCES[series["reference"]](k)
     axes.plot(k + 1.0, reference, color=INK, linewidth=0.9, linestyle=(0, (1, 2)), label=series["reference"])
     _logarithmic(axes, "x", "y")
-    _finish(axes, "iteration k, plus 1", "F - F*")
+    _finish(axes, "iteration k, plus 1", "(F - F*) / F*")
 
 
 def _cost(axes: Axes, series: Mapping[str, Any], what: str = "multiplications") -> None:

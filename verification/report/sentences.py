@@ -1,11 +1,18 @@
 """Sentences that the HTML and the Markdown report share: plain text made from the record."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence, Sized
 from typing import Any
 
 from verification.evidence import Verdict
+from verification.families import FAMILIES
+from verification.report import words
 
 Record = Mapping[str, Any]
+OURS = "ours"
+"""Place of a claim that is not the paper's."""
+CASES = ("held", "failed", "undecided", "skipped")
+CAPPED = 1e300
+"""Measures end here; a share of F* = 0 is not a number."""
 
 OUTCOMES = {
     0: "Every verdict is the one that the baseline expects; no promise of the library failed, no stored"
@@ -23,10 +30,37 @@ def outcome(record: Record) -> tuple[str, list[str]]:
 
 
 def headline(record: Record) -> str:
-    """How many claims have which verdict."""
+    """How many claims have which verdict, those of the paper and ours apart."""
     claims = record["claims"]
+    ours = [claim for claim in claims if claim["place"] == OURS]
+    papers = [claim for claim in claims if claim["place"] != OURS]
+    parts = sum(len(claim["parts"]) for claim in claims)
+    told = [f"{many(claims, 'claim')} in {many(range(parts), 'formal part')}."]
+    told += [f"Of the {len(papers)} of the paper {_counted(papers)}."] if papers else []
+    told += [f"Of our own {len(ours)} {_counted(ours)}."] if ours else []
+    return " ".join(told)
+
+
+def partial(record: Record) -> str:
+    """Say so if the run was about some of the claims alone; else empty."""
+    if not record["unjudged"]:
+        return ""
+    judged = [claim["id"] for claim in record["claims"]]
+    total = len(judged) + len(record["unjudged"])
+    return (
+        f"This is a partial report: {len(judged)} of the {total} claims of the ledger were selected and"
+        f" judged, {listed(judged)}. It says nothing about the others."
+    )
+
+
+def many(things: Sized, name: str) -> str:
+    """A number and its noun."""
+    return f"{len(things):,} {name}" if len(things) == 1 else f"{len(things):,} {name}s"
+
+
+def _counted(claims: Sequence[Record]) -> str:
     counted = {verdict: sum(claim["verdict"] == verdict for claim in claims) for verdict in Verdict}
-    words = {
+    named = {
         Verdict.HOLDS: ("holds", "hold"),
         Verdict.HOLDS_UNDER: ("holds under a condition", "hold under a condition"),
         Verdict.SUPPORTED: ("is supported", "are supported"),
@@ -34,17 +68,15 @@ def headline(record: Record) -> str:
         Verdict.INCONCLUSIVE: ("is inconclusive", "are inconclusive"),
         Verdict.NOT_TESTABLE: ("cannot be tested here", "cannot be tested here"),
     }
-    told = [f"{count} {words[verdict][count != 1]}" for verdict, count in counted.items() if count]
-    parts = sum(len(claim["parts"]) for claim in claims)
-    return f"{len(claims)} claims in {parts} formal parts: {listed(told)}."
+    return listed([f"{count} {named[verdict][count != 1]}" for verdict, count in counted.items() if count])
 
 
 def cases(count: Mapping[str, int]) -> str:
     """How many cases of a part had which outcome."""
-    total = sum(count[outcome] for outcome in ("held", "failed", "undecided", "skipped"))
+    total = sum(count[outcome] for outcome in CASES)
     if not total:
-        return "No cases."
-    told = [f"{count[name]:,} {name}" for name in ("held", "failed", "undecided", "skipped") if count[name]]
+        return "No cases were drawn for it."
+    told = [f"{count[name]:,} {name}" for name in CASES if count[name]]
     return f"{total:,} {'case' if total == 1 else 'cases'}: {listed(told)}."
 
 
@@ -56,8 +88,12 @@ def worst(part: Record, told: bool = False) -> str:
     count = part["count"]
     if not part["measure"] or not count["held"] + count["failed"] + count["undecided"]:
         return ""
-    where = f"Worst: {measure(count['worst'])}, in family {part['worst_family'].replace('_', ' ')}"
-    return f"{where}." if told else f"{where} ({part['measure']})."
+    what = "" if told else f" ({part['measure']})"
+    if count["worst"] == 0:
+        return f"Worst: 0{what}."
+    if float(count["worst"]) >= CAPPED:
+        return f"Worst: beyond every number{what}, as F* is 0 or next to it."
+    return f"Worst: {measure(count['worst'])}, in {family(part['worst_family'])}{what}."
 
 
 def common(claim: Record, field: str) -> str:
@@ -77,18 +113,85 @@ def measure(value: float | str) -> str:
 
 
 def nearest(record: Record, claim: Record) -> list[Record]:
-    """The parts that say what is true where the claim is not."""
-    parts = {part["key"]: part for each in record["claims"] for part in each["parts"]}
-    return [parts[key] for key in claim["nearest"]]
+    """The parts that say what is true where the claim is not, as far as they were judged."""
+    parts = {part["key"]: part for part in parts_of(record)}
+    return [parts[key] for key in claim["nearest"] if key in parts]
 
 
-def example(claim: Record) -> Record | None:
-    """The counterexample to show first: the first confirmed one of the first refuted stated part."""
+def elsewhere(record: Record, claim: Record) -> list[str]:
+    """The keys of those that belong to claims that the run was not about."""
+    judged = {part["key"] for part in parts_of(record)}
+    return [key for key in claim["nearest"] if key not in judged]
+
+
+def examples(claim: Record) -> list[tuple[str, Record]]:
+    """The counterexamples to show first: of each refuted stated part the first, with its key."""
+    found = []
     for part in claim["parts"]:
-        found = [each for each in part["counterexamples"] if each["confirmed"]]
-        if part["role"] == "stated" and found:
-            return found[0]  # type: ignore[no-any-return]
-    return None
+        confirmed = [each for each in part["counterexamples"] if each["confirmed"]]
+        if part["role"] == "stated" and confirmed:
+            found.append((part["key"], confirmed[0]))
+    return found
+
+
+def figures(record: Record) -> list[words.Figure]:
+    """The figures of the claims that were judged."""
+    judged = {claim["id"] for claim in record["claims"]}
+    return [figure for figure in words.FIGURES if figure.claim in judged]
+
+
+def coverage(record: Record) -> list[dict[str, Any]]:
+    """Of each family that was met: the problems looked at, and the cases by outcome, over all parts."""
+    rows: dict[str, dict[str, Any]] = {}
+    for part in parts_of(record):
+        for name, count in part["families"].items():
+            row = rows.setdefault(name, dict.fromkeys(CASES, 0) | {"family": name})
+            for outcome in CASES:
+                row[outcome] += count[outcome]
+    problems = record["series"].get("coverage", {})
+    return [rows[name] | {"problems": problems.get(name)} for name in in_order(rows)]
+
+
+def by_kind(part: Record) -> list[tuple[str, dict[str, int]]]:
+    """The cases of one part on the family "random", on all degenerate families together, and on all."""
+    kinds = {"random": ["random"], "degenerate": [name for name in part["families"] if name != "random"]}
+    rows = []
+    for kind, names in kinds.items():
+        counts = [part["families"][name] for name in names if name in part["families"]]
+        rows.append((kind, {outcome: sum(count[outcome] for count in counts) for outcome in CASES}))
+    return [*rows, ("all", {outcome: part["count"][outcome] for outcome in CASES})]
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Families, the random one first and the degenerate ones in the order of their definition."""
+    order = {name: at for at, name in enumerate(FAMILIES)}
+    return sorted(names, key=lambda name: (order.get(name, len(order)), name))
+
+
+def family(name: str) -> str:
+    """A family in words."""
+    return f"family {name.replace('_', ' ')}" if name in FAMILIES else name
+
+
+def parts_of(record: Record) -> list[Record]:
+    """All parts that were judged."""
+    return [part for claim in record["claims"] for part in claim["parts"]]
+
+
+def short(key: str) -> str:
+    """The name of a part within its claim, for the head of a column."""
+    name = "/".join(key.split("/")[1:])
+    return name.replace("/gauss_seidel", " GS").replace("/jacobi", " J").replace("_", " ").replace("/", " ")
+
+
+def condition(claim: Record) -> str:
+    """The condition of a claim as a sentence, with the part that it belongs to; else empty."""
+    if not claim["condition"]:
+        return ""
+    stated = [part for part in claim["parts"] if part["role"] == "stated"]
+    bound = [part["key"] for part in stated if part["condition"]]
+    where = f" of {listed(bound)}" if len(stated) > 1 else ""
+    return f"Condition{where}: {claim['condition']}."
 
 
 def replay(identity: str) -> str:

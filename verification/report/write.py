@@ -77,8 +77,8 @@ def write(
 def store(content: Mapping[str, bytes], outdir: Path) -> None:
     """Write the files of a report into a folder, in place of the one that may be there.
 
-    Every place is looked at before anything is written. Counterexamples of the former report, as its SHA256SUMS
-    lists them, are removed where the new one has none of their name; no other file is touched.
+    Every place is looked at before anything is written. Counterexamples of the former report, as its
+    SHA256SUMS lists them, are removed where the new one has none of their name; no other file is touched.
 
     Parameters
     ----------

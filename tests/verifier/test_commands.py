@@ -1,0 +1,385 @@
+"""The commands about claims: what they print, write and return, also when they are misused or broken off."""
+
+import json
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from hashlib import sha256
+
+import pytest
+from typer.testing import CliRunner
+
+import verification.gather
+import verification.search.engine
+from convexperc.records import write_json
+from verification.__main__ import app
+from verification.baseline import read_baseline
+from verification.claims import CLAIMS
+from verification.counterexamples.files import catalogue
+from verification.evidence import Verdict
+from verification.search.shards import explore
+
+RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
+KEPT = ".journal/quick-0-L2.evidence.json"
+FILES = {"report.html", "report.md", "report.json", "junit.xml", "SHA256SUMS"}
+
+
+def run(*arguments):
+    return RUNNER.invoke(app, [str(argument) for argument in arguments])
+
+
+def expect(code, result):
+    assert result.exit_code == code, (result.exit_code, result.output, result.exception)
+    return result
+
+
+def squeezed(text):
+    return re.sub(r"[\s│]+", " ", text)
+
+
+def findings(folder, kept=KEPT):
+    """What a run has kept, but for times and the machine."""
+    data = json.loads((folder / kept).read_text(encoding="utf-8"))
+    del data["evidence"]["volatile"]
+    return data
+
+
+def loaded_after(statement):
+    code = f"import sys\ntry:\n {statement}\nexcept SystemExit:\n pass\nprint('loaded', *sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory):
+    """The folder of `report --claim L2`, and what was printed."""
+    folder = tmp_path_factory.mktemp("judged")
+    return folder, expect(0, run("report", "--claim", "L2", "--jobs", 1, "--out", folder))
+
+
+@pytest.fixture
+def explored(monkeypatch):
+    """Every shard that is explored from here on; ask it to break off after some with `explored.limit`."""
+
+    class Explored(list):
+        limit = 10**9
+
+    keys = Explored()
+
+    def counted(shard, check, seed):
+        if len(keys) == keys.limit:
+            raise KeyboardInterrupt
+        keys.append(shard.key)
+        return explore(shard, check, seed)
+
+    monkeypatch.setattr(verification.search.engine, "explore", counted)
+    return keys
+
+
+def test_the_list_has_every_claim():
+    text = expect(0, run("list")).stdout
+    assert all(re.search(rf"│ {identity} +│", text) for identity in CLAIMS), text
+    assert "and 8 more" in text, text
+
+
+@pytest.mark.parametrize("command", ["--help", "run --help", "report --help", "report diff --help"])
+def test_help_imports_nothing_slow(command):
+    text = loaded_after(
+        f"sys.argv = ['verification', *{command.split()!r}]; import verification.__main__ as m; m.main()"
+    )
+    shown, _, modules = text.partition("loaded ")
+    assert "Usage" in shown, text
+    slow = {"cvxpy", "clarabel", "scipy", "numba", "hypothesis", "flint", "z3", "matplotlib", "jinja2"}
+    assert not slow & set(modules.split()), slow & set(modules.split())
+
+
+def test_a_run_judges_what_was_selected_and_nothing_else(tmp_path):
+    result = expect(0, run("run", "--claim", "D1", "--jobs", 1, "--out", tmp_path))
+    text = squeezed(result.stdout)
+    assert "D1 refuted D1/printed; nearest true form: D1/corrected holds" in text, text
+    assert "judged: 1 of 30 claims; nothing is said of the others" in text, text
+    assert "F1" not in text, text
+    assert [path.name for path in tmp_path.iterdir()] == [".journal"], "no report is written"
+    kept = findings(tmp_path, ".journal/quick-0-D1.evidence.json")
+    assert {count["part"] for count in kept["evidence"]["counts"]} == {"D1/printed", "D1/corrected"}
+    assert not kept["interrupted"]
+    assert kept["evidence"]["settings"]["command"].endswith("report --profile quick --seed 0 --claim D1")
+
+
+def test_claims_are_judged_once_in_the_order_of_the_ledger(tmp_path):
+    expect(0, run("run", "--claim", "L2", "--claim", "L1", "--claim", "L2", "--jobs", 1, "--out", tmp_path))
+    assert findings(tmp_path, ".journal/quick-0-L1-L2.evidence.json")["evidence"]["settings"]["claims"] == [
+        "L1",
+        "L2",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "needed"),
+    [
+        ("--claim", "Z9", "no claim 'Z9'; the ledger has F1"),
+        ("--profile", "huge", "must be one of quick"),
+        ("--seed", "-1", "greater than or equal to 0"),
+        ("--jobs", "0", "greater than or equal to 1"),
+    ],
+)
+@pytest.mark.parametrize("command", ["run", "report"])
+def test_what_is_no_option_is_misuse(command, option, value, needed, tmp_path):
+    result = expect(2, run(command, option, value, "--out", tmp_path / "new"))
+    assert needed in squeezed(result.stderr), result.stderr
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_changed_verdict_is_named(monkeypatch, tmp_path):
+    changed = read_baseline() | {"L2/elementwise": Verdict.SUPPORTED, "F1": Verdict.REFUTED}
+    monkeypatch.setattr("verification.baseline.read_baseline", lambda: changed)
+    text = expect(1, run("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path)).stdout
+    assert "L2/elementwise: holds, the baseline says supported" in text, text
+    assert "F1" not in text, text
+
+
+def test_a_check_that_breaks_leaves_something_open(monkeypatch, tmp_path):
+    def broken(problem, source):
+        raise ArithmeticError("planted")
+
+    checks = tuple(
+        replace(check, observe=broken) if "L2/inequality" in check.parts else check
+        for check in verification.gather.CHECKS
+    )
+    monkeypatch.setattr(verification.gather, "CHECKS", checks)
+    text = squeezed(expect(3, run("report", "--claim", "L2", "--jobs", 1, "--out", tmp_path)).stdout)
+    assert "ArithmeticError: planted" in text, text
+    assert "missing: " in text, text
+    assert "ArithmeticError: planted" in (tmp_path / "report.md").read_text(encoding="utf-8")
+
+
+def test_a_fault_of_our_own_is_not_called_misuse(monkeypatch, tmp_path):
+    def faulty():
+        raise KeyError("planted")
+
+    monkeypatch.setattr(verification.gather, "all_arguments", faulty)
+    result = expect(1, run("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path))
+    assert isinstance(result.exception, KeyError), result.exception
+
+
+def test_a_report_is_written_whole_and_says_that_it_is_partial(judged):
+    folder, result = judged
+    assert {path.name for path in folder.iterdir()} == FILES | {"counterexamples", ".journal"}
+    assert "wrote " in result.stdout, result.stdout
+    listed = dict(reversed(line.split("  ")) for line in (folder / "SHA256SUMS").read_text().splitlines())
+    on_disk = {path.relative_to(folder).as_posix() for path in folder.glob("[!.]*/*.json")} | FILES
+    assert set(listed) == on_disk - {"SHA256SUMS"}
+    for name, digest in listed.items():
+        assert sha256((folder / name).read_bytes()).hexdigest() == digest, name
+    record = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    assert [claim["id"] for claim in record["claims"]] == ["L2"]
+    assert len(record["unjudged"]) == len(CLAIMS) - 1
+    assert record["outcome"]["code"] == 0, record["outcome"]
+    for name in ("report.html", "report.md"):
+        text = squeezed((folder / name).read_text(encoding="utf-8"))
+        assert "This is a partial report: 1 of the 30 claims of the ledger were selected" in text, name
+        assert "T1a/printed" not in text, name
+        assert "not run in this profile" not in text, name
+    found = {each["id"]: each for part in record["claims"][0]["parts"] for each in part["counterexamples"]}
+    assert found["l1-analogue"]["given"] == "v = (1, 0); t = (1, 1)", found
+    assert next(iter(found)) == "l1-analogue", "the catalogue's comes first"
+    assert 'testcase name="F1' not in (folder / "junit.xml").read_text(encoding="utf-8")
+
+
+def test_a_nearest_true_form_of_another_claim_is_not_judged_unseen(judged, tmp_path):
+    kept = findings(judged[0])
+    kept["evidence"] |= {"volatile": {}, "settings": kept["evidence"]["settings"] | {"claims": ["T1a"]}}
+    kept["evidence"]["refutations"] = [
+        each | {"part": "T1a/printed/gauss_seidel"} for each in kept["evidence"]["refutations"]
+    ]
+    (tmp_path / "kept.json").write_text(json.dumps(kept), encoding="utf-8")
+    run("report", "--evidence", tmp_path / "kept.json", "--out", tmp_path)
+    text = squeezed((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "Nearest true form: T1c/descent/jacobi, which this run did not judge." in text
+    assert "T1c/descent/jacobi not judged in this run" in text
+
+
+def test_the_same_seed_gives_the_same_bytes(judged, tmp_path):
+    folder, _ = judged
+    expect(0, run("report", "--claim", "L2", "--jobs", 2, "--out", tmp_path))
+    for name in ("junit.xml", *(f"counterexamples/{p.name}" for p in (folder / "counterexamples").iterdir())):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
+    for name, mark in (("report.html", b'<section id="volatile">'), ("report.md", b"## What differs")):
+        before, after = ((place / name).read_bytes().partition(mark) for place in (folder, tmp_path))
+        assert before[:2] == after[:2], name
+    one, two = (json.loads((place / "report.json").read_text()) for place in (folder, tmp_path))
+    assert one.pop("volatile") != two.pop("volatile")
+    assert one == two
+
+
+def test_kept_evidence_is_rendered_again(judged, tmp_path):
+    folder, _ = judged
+    text = expect(0, run("report", "--evidence", folder / KEPT, "--out", tmp_path)).stdout
+    assert "judged: 1 of 30 claims" in text, text
+    for name in FILES:
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
+
+
+@pytest.mark.parametrize(
+    ("content", "needed"),
+    [
+        ("{", "JSONDecodeError"),
+        ("[]", "TypeError"),
+        ("{}", "KeyError"),
+        ('{"evidence": 3, "records": [], "interrupted": false}', "TypeError"),
+        ("\udcff", "UnicodeDecodeError"),
+    ],
+)
+def test_what_is_no_evidence_is_misuse(content, needed, tmp_path):
+    (tmp_path / "kept.json").write_bytes(content.encode("utf-8", "surrogateescape"))
+    result = expect(2, run("report", "--evidence", tmp_path / "kept.json", "--out", tmp_path / "new"))
+    assert needed in squeezed(result.stderr), result.stderr
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "needed"),
+    [
+        ({"settings": {"claims": ["Z9"]}}, "the ledger has no claim Z9"),
+        ({"settings": {"claims": ["L2"]}}, "command"),
+        ({"series": {"cost": {"step6": {}}}}, "series 'cost'"),
+    ],
+)
+def test_evidence_that_cannot_be_rendered_is_misuse(judged, changes, needed, tmp_path):
+    kept = findings(judged[0])
+    kept["evidence"] |= {"volatile": {}} | changes
+    if "series" in changes:
+        kept["evidence"]["settings"]["claims"] = []
+    (tmp_path / "kept.json").write_text(json.dumps(kept), encoding="utf-8")
+    result = expect(2, run("report", "--evidence", tmp_path / "kept.json", "--out", tmp_path / "new"))
+    assert needed in squeezed(result.stderr), result.stderr
+    assert "--evidence" in result.stderr, result.stderr
+    assert not (tmp_path / "new").exists()
+
+
+def test_missing_evidence_and_both_sources_are_misuse(judged, tmp_path):
+    expect(2, run("report", "--evidence", tmp_path / "none.json", "--out", tmp_path / "new"))
+    both = run("report", "--evidence", judged[0] / KEPT, "--claim", "L2", "--out", tmp_path / "new")
+    assert "cannot be combined" in squeezed(expect(2, both).stderr), both.stderr
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("command", ["run", "report"])
+def test_a_place_that_cannot_be_written_is_misuse_before_the_work(command, explored, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "folder" / "report.html").mkdir(parents=True)
+    for out in (tmp_path / "file", tmp_path / "file" / "below", tmp_path / "folder"):
+        result = expect(2, run(command, "--claim", "L2", "--jobs", 1, "--out", out))
+        assert "--out" in result.stderr, result.stderr
+    assert explored == []
+    assert (tmp_path / "file").read_text() == "mine"
+    assert not [path for path in (tmp_path / "folder").rglob("*") if path.is_file()]
+
+
+def test_a_report_is_not_half_written(judged, tmp_path):
+    (tmp_path / "SHA256SUMS").mkdir()
+    result = expect(2, run("report", "--evidence", judged[0] / KEPT, "--out", tmp_path))
+    assert "SHA256SUMS" in squeezed(result.stderr), result.stderr
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+def test_an_interrupted_search_goes_on_where_it_was(explored, monkeypatch, tmp_path):
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    command = ("report", "--claim", "A1", "--jobs", 1, "--out")
+    expect(0, run(*command, whole))
+    total, kept = len(explored), ".journal/quick-0-A1.evidence.json"
+    explored.clear()
+    explored.limit = 5
+    text = squeezed(expect(3, run(*command, broken)).stdout)
+    assert "interrupted after 30 of 198 problems: nothing is judged" in text, text
+    assert {path.name for path in broken.iterdir()} == {".journal"}, "no report of half a run"
+    half = interrupted_evidence(broken / kept)
+    assert sum(count["held"] + count["failed"] for count in half["counts"]) == 60, half["counts"]
+    assert (
+        "nothing is judged" in expect(3, run("report", "--evidence", broken / kept, "--out", broken)).stdout
+    )
+    explored.clear()
+    explored.limit = 10**9
+    expect(0, run(*command, broken))
+    assert len(explored) == total - 5, (len(explored), total)
+    assert findings(broken, kept) == findings(whole, kept)
+
+
+def interrupted_evidence(file):
+    data = json.loads(file.read_text(encoding="utf-8"))
+    assert data["interrupted"]
+    return data["evidence"]
+
+
+def test_an_interruption_after_the_search_loses_nothing_of_it(explored, monkeypatch, tmp_path):
+    def broken_off():
+        raise KeyboardInterrupt
+
+    command = ("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path)
+    with monkeypatch.context() as patched:
+        patched.setattr(verification.gather, "all_arguments", broken_off)
+        expect(3, run(*command))
+    assert explored
+    explored.clear()
+    expect(0, run(*command))
+    assert explored == []
+
+
+def test_two_reports_are_compared(judged, tmp_path):
+    folder, _ = judged
+    report = folder / "report.json"
+    same = expect(0, run("report", "diff", report, report))
+    assert same.stdout.strip() == "All verdicts are equal.", same.stdout
+    kept = findings(folder)
+    kept["evidence"] |= {"volatile": {}, "arguments": []}
+    (tmp_path / "kept.json").write_text(json.dumps(kept), encoding="utf-8")
+    expect(1, run("report", "--evidence", tmp_path / "kept.json", "--out", tmp_path))
+    other = expect(1, run("report", "diff", report, tmp_path / "report.json"))
+    assert "L2/elementwise: holds -> supported" in other.stdout, other.stdout
+    bad = expect(2, run("report", "diff", report, tmp_path / "kept.json"))
+    assert "schema" in squeezed(bad.stderr), bad.stderr
+    expect(2, run("report", "diff", report, tmp_path / "none.json"))
+
+
+def test_a_record_of_the_catalogue_is_replayed():
+    text = expect(0, run("replay", "rise-printed-gauss-seidel")).stdout
+    for needed in ("X = [1], o = [-1]", "confirmed: ", "57/49", "rises"):
+        assert needed in text, text
+
+
+def test_a_record_that_the_search_found_is_replayed_from_the_report(judged):
+    text = expect(0, run("replay", "found-l2-inequality", "--out", judged[0])).stdout
+    assert "confirmed: " in text, text
+
+
+def test_a_stale_record_is_told_by_the_exit_code(tmp_path):
+    record = next(each for each in catalogue() if each.id == "rise-absolute-jacobi")
+    mended = replace(record, id="mended", fields=dict(record.fields) | {"reading": "corrected"})
+    write_json(tmp_path / "mended.json", mended.as_json())
+    text = expect(1, run("replay", tmp_path / "mended.json")).stdout
+    assert "stale: " in text, text
+    (tmp_path / "counterexamples").mkdir()
+    (tmp_path / "mended.json").rename(tmp_path / "counterexamples" / "mended.json")
+    assert "stale: " in expect(1, run("replay", "mended", "--out", tmp_path)).stdout
+
+
+def test_what_is_no_record_is_misuse(tmp_path):
+    result = expect(2, run("replay", "no-such-record", "--out", tmp_path))
+    assert "no record 'no-such-record'" in squeezed(result.stderr), result.stderr
+    (tmp_path / "bad.json").write_text("{}")
+    assert "must be an object" in squeezed(expect(2, run("replay", tmp_path / "bad.json")).stderr)
+
+
+@pytest.mark.parametrize(("name", "head"), [("F.svg", b"<?xml"), ("F.png", b"\x89PNG")])
+def test_a_replay_is_drawn(name, head, tmp_path):
+    expect(0, run("replay", "locked-w-jacobi", "--plot", tmp_path / name))
+    assert (tmp_path / name).read_bytes().startswith(head)
+
+
+@pytest.mark.parametrize("name", ["F.pdf", "none/F.svg"])
+def test_a_drawing_that_cannot_be_written_is_misuse_before_the_work(name, tmp_path):
+    result = expect(2, run("replay", "locked-w-jacobi", "--plot", tmp_path / name))
+    assert "--plot" in result.stderr, result.stderr
+    assert "confirmed" not in result.stdout, result.stdout
+    assert not list(tmp_path.iterdir())
