@@ -20,6 +20,7 @@ from convexperc.solvers.readings import SMOOTHED
 from verification.checks.interface import Check
 from verification.claims import PARTS
 from verification.counterexamples.confirmation import Confirmation, Line, minus, shown
+from verification.counterexamples.given import in_words
 from verification.counterexamples.kinds import confirm
 from verification.counterexamples.loops import with_iterations
 from verification.counterexamples.record import Record
@@ -30,9 +31,6 @@ WIDTH = 100
 
 MOST_ENTRIES = 4
 """Entries of w and of u that a table shows."""
-
-LONGEST = 16
-"""Longer fractions that are float64 numbers are shown as decimals."""
 
 SHOWN = 25
 """Iterations shown of a case that a search found."""
@@ -111,7 +109,7 @@ class Replay:
         return (
             f"{record.part}: {PARTS[record.part].statement}",
             record.statement,
-            *_problem_lines(record),
+            *([] if record.problem is None else [in_words(record.problem)]),
             f"smallness: {record.size.text}",
             f"origin: {record.origin}",
             self.verdict,
@@ -212,25 +210,6 @@ def _exactly(value: Enclosure) -> str:
     if value.width == 0:
         return shown(value, 30)
     return f"[{shown(Enclosure(value.lower, value.lower))}, {shown(Enclosure(value.upper, value.upper))}]"
-
-
-def _problem_lines(record: Record) -> tuple[str, ...]:
-    problem = record.problem
-    if problem is None:
-        return ()
-    if problem.n * problem.d > 24:
-        return (f"problem: n = {problem.n}, d = {problem.d}, m = {problem.m}",)
-    rows = "; ".join(" ".join(map(_number, row)) for row in problem.X)
-    lambdas = ", ".join(f"lambda{i} = {_number(x)}" for i, x in enumerate(problem.lambdas, 1))
-    sizes = ", ".join(str(len(group)) for group in problem.groups)
-    o = " ".join(map(_number, problem.o))
-    return (f"X = [{rows}], o = [{o}], modalities of {sizes}, {lambdas}",)
-
-
-def _number(x: Fraction) -> str:
-    """A fraction, or where it is long the decimal that is read as this float64."""
-    short = len(str(x)) <= LONGEST or Fraction(float(x)) != x
-    return str(x) if short else repr(float(x))
 
 
 def _draw_iterations(axes: Axes, rows: Sequence[Row], optimum: Enclosure | None) -> None:

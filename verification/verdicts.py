@@ -114,7 +114,7 @@ def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
     if len(at_it) == len(stated):
         return Judgement(weakest, f"the verdict on all {len(stated)} stated parts", condition)
     others = [parts[part.key].verdict for part in stated if part.key not in at_it]
-    told = ", ".join(f"{others.count(verdict)} {verdict.value}" for verdict in dict.fromkeys(others))
+    told = ", ".join(f"{verdict.value} ({others.count(verdict)})" for verdict in dict.fromkeys(others))
     reason = f"the weakest of {len(stated)} stated parts: {', '.join(at_it)}; the others: {told}"
     return Judgement(weakest, reason, condition)
 

@@ -108,7 +108,7 @@ def series():
             "share_off_1e-6": [abs(k) / 8 for k in range(-8, 9)],
             "share_off_1e-3": [max(0, -k) / 10 for k in range(-8, 9)],
             "share_not_optimal": [max(0, k) / 8 for k in range(-8, 9)],
-            "per_scale": 6,
+            "per_scale": [6] * 17,
         },
     }
 

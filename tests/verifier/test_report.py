@@ -265,7 +265,7 @@ WRONG = {
     "distance": {"edges": [1, 2, 3], "counts": {"a": [1]}, "undecided": {"a": 0}},
     "rate": {"curves": {"a": [1.0]}, "reference": "another"},
     "cost": {"step6": {"x": [1, 2], "y": [1], "slope": 1}},
-    "clarabel": {"scales": [1.0], "per_scale": 1},
+    "clarabel": {"scales": [1.0], "per_scale": [1]},
 }
 
 

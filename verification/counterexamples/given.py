@@ -8,8 +8,8 @@ from verification.claims import order_in_words
 from verification.counterexamples.record import Record
 from verification.exact_problem import ExactProblem
 
-LONGEST = 12
-"""Letters of a fraction that is shown as it is; a longer one is shown rounded, after "~"."""
+LONGEST = 16
+"""Letters of a fraction that is shown as it is, though it be a float64."""
 MOST_ENTRIES = 32
 """Entries of X that are shown."""
 VECTORS = ("w", "u", "v", "t")
@@ -37,7 +37,7 @@ def in_words(problem: ExactProblem) -> str:
     if problem.n * problem.d > MOST_ENTRIES:
         return f"n = {problem.n}, d = {problem.d}, m = {len(problem.groups)}, {lambdas}"
     rows = "; ".join(" ".join(_number(x) for x in row) for row in problem.X)
-    data = f"X = [{rows}], o = {_vector(problem.o)}"
+    data = f"X = [{rows}], o = [{' '.join(_number(x) for x in problem.o)}]"
     sizes = ", ".join(str(len(group)) for group in problem.groups)
     columns = "" if problem.d == 1 else f"modalities of {sizes} columns, "
     return f"{data}, {columns}{lambdas}"
@@ -61,9 +61,7 @@ def _vector(values: Sequence[Any]) -> str:
 
 
 def _number(value: Any) -> str:
+    """A fraction, or where it is long the decimal that is read as this float64: exact in either case."""
     exact = Fraction(value)
     text = str(exact)
-    if len(text) <= LONGEST:
-        return text
-    low = float(exact)
-    return repr(low) if Fraction(low) == exact and len(repr(low)) <= LONGEST else f"~{low:.6g}"
+    return text if len(text) <= LONGEST or Fraction(float(exact)) != exact else repr(float(exact))

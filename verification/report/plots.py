@@ -176,7 +176,9 @@ def _clarabel(axes: Axes, series: Mapping[str, Any]) -> None:
         )
     _logarithmic(axes, "x")
     axes.set_ylim(-4, 104)
-    _finish(axes, f"scale ({series['per_scale']} problems each)", "share of the answers, %")
+    fewest, most = min(series["per_scale"]), max(series["per_scale"])
+    each = f"{most}" if fewest == most else f"{fewest} to {most}"
+    _finish(axes, f"scale ({each} problems each)", "share of the answers, %")
 
 
 DRAWN: dict[str, tuple[float, Callable[[Axes, Mapping[str, Any]], None]]] = {

@@ -36,8 +36,8 @@ def headline(record: Record) -> str:
     papers = [claim for claim in claims if claim["place"] != OURS]
     parts = sum(len(claim["parts"]) for claim in claims)
     told = [f"{many(claims, 'claim')} in {many(range(parts), 'formal part')}."]
-    told += [f"Of the {len(papers)} of the paper {_counted(papers)}."] if papers else []
-    told += [f"Of our own {len(ours)} {_counted(ours)}."] if ours else []
+    told += [f"Of the paper's {len(papers)}: {_counted(papers)}."] if papers else []
+    told += [f"Of our own {len(ours)}: {_counted(ours)}."] if ours else []
     return " ".join(told)
 
 
