@@ -99,8 +99,11 @@ class Replay:
         table = Table(box=SIMPLE_HEAD, width=WIDTH, title=Text(self.record.id), title_justify="left")
         if self.result.lines:
             self._by_iteration(table)
-        else:
+        elif self.result.sides:
             self._sides(table)
+        else:
+            table.add_column("finding", overflow="fold")
+            table.add_row(Text(self.result.finding))
         return table
 
     def text(self) -> tuple[str, ...]:

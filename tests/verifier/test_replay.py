@@ -9,9 +9,11 @@ import pytest
 from rich.console import Console
 
 from convexperc.errors import InputError
+from verification.checks.catalogue import CHECKS
 from verification.counterexamples.files import catalogue
 from verification.replay import WIDTH, Replay, replay
 
+CHECKED = {check.name: check for check in CHECKS}
 RECORDS = {record.id: record for record in catalogue()}
 
 
@@ -26,7 +28,7 @@ def shown(of: Replay) -> str:
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_a_record_is_shown_within_the_width(name: str) -> None:
-    of = replay(RECORDS[name], {})
+    of = replay(RECORDS[name], CHECKED)
     assert not of.stale, of.verdict
     text = shown(of)
     assert max(map(len, text.splitlines())) <= WIDTH, text
@@ -34,7 +36,7 @@ def test_a_record_is_shown_within_the_width(name: str) -> None:
     assert RECORDS[name].part in text, text
     assert "..." not in text.split(name, 1)[1], text
     wanted = len(of.result.lines) or len(of.result.sides)
-    assert wanted > 0, of.result
+    assert wanted > 0 or RECORDS[name].kind == "case", of.result
     assert len(of.rows) == len(of.result.lines), of.rows
 
 

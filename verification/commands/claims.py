@@ -131,8 +131,7 @@ def replay(
     console = _console()
     for line in result.text():
         console.print(line, highlight=False, markup=False)
-    if result.rows or result.result.sides:
-        console.print(result.table())
+    console.print(result.table())
     if plot is not None:
         with _misuse("--plot"):
             write_whole(plot, result.plot(picture_kind(plot)))
