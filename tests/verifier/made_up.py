@@ -83,6 +83,7 @@ def series():
     names = [f"{name}/{order}" for name in FALLS for order in ("gauss_seidel", "jacobi")]
     ks = range(200)
     return {
+        "coverage": dict.fromkeys(FAMILIES, 500),
         "counterexample": {"title": "sign", "F_star": [1.0, 1.0], "runs": runs},
         "distance": {
             "edges": decades,

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 from hashlib import sha256
 
 import pytest
@@ -14,6 +15,7 @@ import verification.gather
 import verification.search.engine
 from convexperc.records import write_json
 from verification.__main__ import app
+from verification.arguments import all_arguments
 from verification.baseline import read_baseline
 from verification.claims import CLAIMS
 from verification.counterexamples.files import catalogue
@@ -21,6 +23,7 @@ from verification.evidence import Verdict
 from verification.search.shards import explore
 
 RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
+ARGUMENTS = cache(all_arguments)
 KEPT = ".journal/quick-0-L2.evidence.json"
 FILES = {"report.html", "report.md", "report.json", "junit.xml", "SHA256SUMS"}
 
@@ -75,6 +78,12 @@ def explored(monkeypatch):
 
     monkeypatch.setattr(verification.search.engine, "explore", counted)
     return keys
+
+
+@pytest.fixture(autouse=True)
+def _arguments_checked_once(monkeypatch):
+    """The arguments depend on nothing: checking them takes seconds, once is enough."""
+    monkeypatch.setattr(verification.gather, "all_arguments", ARGUMENTS)
 
 
 def test_the_list_has_every_claim():
@@ -202,6 +211,7 @@ def test_a_nearest_true_form_of_another_claim_is_not_judged_unseen(judged, tmp_p
 
 def test_the_same_seed_gives_the_same_bytes(judged, tmp_path):
     folder, _ = judged
+    ARGUMENTS.cache_clear()
     expect(0, run("report", "--claim", "L2", "--jobs", 2, "--out", tmp_path))
     for name in ("junit.xml", *(f"counterexamples/{p.name}" for p in (folder / "counterexamples").iterdir())):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name

@@ -4,6 +4,7 @@ import hashlib
 import json
 import re
 import subprocess
+from fractions import Fraction
 from html.parser import HTMLParser
 from importlib.resources import files as resources
 from xml.etree import ElementTree
@@ -15,13 +16,21 @@ from made_up import MACHINE, SETTINGS, argument, evidence, refutation, series, v
 from convexperc.errors import FileFormatError, InputError
 from verification import environment
 from verification.baseline import assess
+from verification.checks.catalogue import CHECKS
+from verification.checks.descent import ITERATIONS
 from verification.claims import CLAIMS, PARTS
+from verification.counterexamples.files import catalogue
+from verification.counterexamples.given import given, in_words
 from verification.evidence import Argument, Checker, Count, Refutation, Step, Verdict
+from verification.exact_problem import ExactProblem
+from verification.families import FAMILIES
+from verification.report import sentences, words
 from verification.report.diff import diff, read_report
 from verification.report.machine import digest, report_record
 from verification.report.markdown import VOLATILE
 from verification.report.plots import DRAWN, plot
 from verification.report.write import files, write
+from verification.search.profiles import PROFILES
 from verification.verdicts import judge_all
 
 RECORDS = {"d1-printed.json": b"{}\n", "l2-inequality.json": b"[]\n"}
@@ -402,3 +411,88 @@ def test_the_commit_is_that_of_the_project_and_of_no_other_checkout(tmp_path):
     (tmp_path / "new" / "file").write_text("")
     assert environment.commit(tmp_path) == f"{clean}, with changes"
     assert environment.commit(tmp_path / "new") == "not a checkout"
+
+
+def test_a_partial_report_speaks_of_its_claims_alone():
+    made = evidence(settings=SETTINGS | {"claims": ["T1a", "L2"]}, series={})
+    content = rendered(made)
+    found = json.loads(content["report.json"])
+    assert [claim["id"] for claim in found["claims"]] == ["L2", "T1a"]
+    assert set(found["unjudged"]) == set(CLAIMS) - {"L2", "T1a"}
+    assert found["outcome"]["code"] == 0, found["outcome"]
+    page = Page(content["report.html"].decode())
+    assert {link.removeprefix("#") for link in page.links} <= set(page.ids)
+    told = "This is a partial report: 2 of the 30 claims of the ledger were selected and judged, L2 and T1a."
+    for text in (page.text, content["report.md"].decode()):
+        squeezed = " ".join(text.split())
+        assert told in squeezed
+        assert "which this run did not judge" in squeezed
+        assert "Counted multiplications" not in squeezed, "a figure of a claim that was not selected"
+    assert "2 claims in 14 formal parts" in page.text
+
+
+def test_counts_by_reading_and_by_family_are_told(good):
+    squeezed = " ".join(Page(good["report.html"].decode()).text.split())
+    part = next(
+        part
+        for claim in record()["claims"]
+        for part in claim["parts"]
+        if part["key"] == "T1a/printed/gauss_seidel"
+    )
+    rows = dict(sentences.by_kind(part))
+    assert [rows[kind]["failed"] for kind in ("random", "degenerate", "all")] == [0, 1266, 1266], rows
+    assert rows["random"]["held"] + rows["degenerate"]["held"] == rows["all"]["held"] == part["count"]["held"]
+    assert "printed GS refuted 250 1266/8000 1266/8250" in squeezed
+    assert f"looked at {500 * len(FAMILIES):,} problems of {len(FAMILIES)} families" in squeezed
+    rows = sentences.coverage(record(evidence(series={"coverage": {"random": 1234}})))
+    assert [row["family"] for row in rows] == list(FAMILIES)
+    assert rows[0]["problems"] == 1234
+    assert sum(row["held"] for row in rows) == sum(count.held for count in evidence().counts)
+
+
+def test_every_refuted_stated_part_shows_its_first_counterexample():
+    found = [
+        refutation("N1/u_system", name="b"),
+        refutation("N1/w_system", False, name="stale"),
+        refutation("N1/w_system", name="a"),
+    ]
+    claim = next(claim for claim in record(evidence(refutations=found))["claims"] if claim["id"] == "N1")
+    shown = [(key, each["id"]) for key, each in sentences.examples(claim)]
+    assert shown == [("N1/w_system", "a"), ("N1/u_system", "b")]
+
+
+def test_the_limitations_fit_the_profiles_and_the_checks():
+    text = " ".join(words.LIMITATIONS)
+    assert "at most 4 views and 8 features" in text
+    assert {check.largest for check in CHECKS} <= {(3, 6), (4, 8)}
+    assert f"limit of {ITERATIONS} iterations" in text
+    assert f"limit of {ITERATIONS} iterations" in CLAIMS["T1b"].method
+    for profile in PROFILES.values():
+        assert profile.name in text, profile
+        assert str(profile.problems) in text, profile
+    assert not PROFILES["quick"].hunts
+    assert PROFILES["ci"].hunts
+    assert PROFILES["full"].hunts
+
+
+def test_the_nearest_true_forms_of_the_ledger_exist():
+    named = {claim.id: claim.repaired_by for claim in CLAIMS.values() if claim.repaired_by}
+    assert set(named) == {"T1a", "T1b"}
+    assert all(key in PARTS for keys in named.values() for key in keys)
+
+
+def test_what_a_counterexample_is_about_is_exact():
+    told = {each.id: given(each) for each in catalogue()}
+    assert told["rise-printed-gauss-seidel"] == (
+        "X = [1], o = [-1], lambda1 = 1, lambda2 = 1, lambda3 = 0; printed update, Gauss-Seidel, from the"
+        " paper's start"
+    )
+    assert told["l1-analogue"] == "v = (1, 0); t = (1, 1)"
+    assert "eps = 1/4000000" in told["limit-smoothed-default-eps"]
+    assert told["tie-permuted-templates"].endswith("templates o = (1, 0) and o = (0, 1)")
+    large = ExactProblem.small([[1] * 11] * 3, [1] * 11, [11], 1, 1, 1)
+    assert in_words(large) == "n = 3, d = 11, m = 1, lambda1 = 1, lambda2 = 1, lambda3 = 1"
+    third, tenth = "12345678901/33333333333", Fraction(0.1)
+    assert in_words(ExactProblem.small([[third]], [tenth], [1], 0, 0, 0)).startswith(
+        f"X = [{third}], o = [0.1],"
+    )

@@ -75,7 +75,7 @@ def _refuted(record: Record) -> Iterator[str]:
             yield f"  - {prose(key)} fails{given}: {code(found['finding'])}."
             yield f"    {code(sentences.replay(found['id']))}"
         for part in sentences.nearest(record, claim):
-            under = f" under {code(part['condition'])}" if part["condition"] else ""
+            under = f" {code(part['condition'])}" if part["condition"] else ""
             named = f"{prose(part['key'])} **{part['verdict']}**{under}"
             yield f"  - Nearest true form: {named}: {code(part['statement'])}"
         for key in sentences.elsewhere(record, claim):
