@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from faults_library import COST
+from verification.faults.own import COST
 
 from verification import clarabel_by_scale, cost
 from verification.cost import Growth, Iterate
