@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from skimage.feature import local_binary_pattern
 
 from convexperc import images
 from convexperc.features import color, extraction, hog, lbp
@@ -28,7 +29,7 @@ def _patterns(
     gray: Any, configuration: Any, *, points: int = 0, radius: float = 0.0, rim: bool = True, levels: int = 1
 ) -> Any:
     """The histogram of patterns with other points, radius, rim or levels of gray."""
-    codes = lbp.local_binary_pattern(
+    codes = local_binary_pattern(  # type: ignore[no-untyped-call]
         gray // levels,
         P=configuration.lbp_points + points,
         R=configuration.lbp_radius + radius,

@@ -46,12 +46,15 @@ class Caught:
         return bool(self.family)
 
 
-def hunt(fault: Fault) -> Caught:
-    """Plant a fault, hunt in one family after the other until its part fails, and take it out again."""
+def hunt(fault: Fault, *, shrink: bool = True) -> Caught:
+    """Plant a fault, hunt in one family after the other until its part fails, and take it out again.
+
+    Without `shrink` the first failure is enough.
+    """
     began, problems, broken = time.perf_counter(), 0, ""
     with fault.planted():
         for family in fault.families:
-            found = explored(fault, family)
+            found = explored(fault, family, shrink=shrink)
             problems += found.problems
             case = smallest(found, fault.part)
             if case is not None:
@@ -69,10 +72,10 @@ def _caught(
     return Caught(fault.name, fault.part, fault.check.name, family, *size, problems, detail, seconds)
 
 
-def explored(fault: Fault, family: str) -> Found:
-    """Hunt in one family, whatever is planted now: for a failure of the fault's part, which is then shrunk."""
+def explored(fault: Fault, family: str, *, shrink: bool = True) -> Found:
+    """Hunt in one family, whatever is planted now, for a failure of the fault's part."""
     check = fault.check
-    return explore(Shard(check.name, family, 0, fault.problems, fault.part), check, SEED)
+    return explore(Shard(check.name, family, 0, fault.problems, fault.part), check, SEED, shrink=shrink)
 
 
 def smallest(found: Found, part: str) -> Case | None:

@@ -19,6 +19,11 @@ GAUSS_SEIDEL = ("target_in_span", "random")
 """Where a start has zeros, and where it has none."""
 
 
+LINES: tuple[Any, Any] = paper_systems.solve_w, paper_systems.solve_u
+"""What lines 6 and 7 of the loop call."""
+THOUSAND = 1e3
+
+
 @dataclass
 class Iteration:
     """One iteration of the loop while it runs: (w, u) before it, and its w."""
@@ -37,7 +42,7 @@ def iterating(
 
     def plant(setter: Setter) -> None:
         at = Iteration()
-        diagonal, solve_w, solve_u = Reading.view_diagonal, paper.solve_w, paper.solve_u
+        diagonal, (solve_w, solve_u) = Reading.view_diagonal, LINES
 
         def noted(self: Reading, w: Any) -> Diagonal:
             at.w = w
@@ -143,9 +148,7 @@ UPDATES = (
     Fault("w is not updated", "B3/step", iterating(new_w=lambda at, found: at.w)),
     Fault("Jacobi where Gauss-Seidel is asked for", "B3/step", iterating(seen=lambda at, w: at.w)),
     Fault("Gauss-Seidel where Jacobi is asked for", "B3/step", iterating(seen=lambda at, w: at.next_w)),
-    Fault(
-        "w's system without lambda1 u", "B3/step", replaced(paper, "solve_w", _stale_u_in_w(paper.solve_w))
-    ),
+    Fault("w's system without lambda1 u", "B3/step", replaced(paper, "solve_w", _stale_u_in_w(LINES[0]))),
     Fault("w's system without lambda1 I", "B3/step", replaced(paper, "solve_w", _without_lambda1)),
     Fault("D^w without absolute value", "B3/step", SIGNED),
     Fault("half of lambda2 in the corrected update", "B3/step", halved("solve_w"), problems=80),
@@ -251,9 +254,11 @@ DESCENT = (
         "eps a thousand times as large as said",
         "T1c/smoothed_distance",
         together(
-            sizes_of_w(Size.SMOOTHED, lambda reading, w: np.hypot(w, 1e3 * reading.eps)),
+            sizes_of_w(Size.SMOOTHED, lambda reading, w: np.hypot(w, THOUSAND * (reading.eps or 0.0))),
             sizes_of_u(
-                lambda r, norms, true: np.hypot(norms, 1e3 * r.eps) if r.name == SMOOTHED.name else true
+                lambda r, norms, true: (
+                    np.hypot(norms, THOUSAND * (r.eps or 0.0)) if r.name == SMOOTHED.name else true
+                )
             ),
         ),
     ),
