@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from faults_library import COST
 
 from verification import clarabel_by_scale, cost
 from verification.cost import Growth, Iterate
 from verification.counting import Counter
 from verification.evidence import Outcome
+from verification.faults.own import COST
 
 
 def values(row):

@@ -40,8 +40,10 @@ def observe(problem: Problem, source: Source) -> Iterator[Observation]:
     upright = np.asarray(shape.hog_descriptor(images.to_gray(picture), settings))
     turned = np.asarray(shape.hog_descriptor(images.to_gray(_turned(picture)), settings))
     described = _same("B5/hog", upright, gradients, DESCRIBED)
-    back = _same("B5/hog", _turned_back(turned, settings), gradients, TURNED)
-    yield back if back.outcome is Outcome.FAILED else described
+    if upright.shape == turned.shape == gradients.shape:
+        back = _same("B5/hog", _turned_back(turned, settings), gradients, TURNED)
+        described = back if back.outcome is Outcome.FAILED else described
+    yield described
     found = np.asarray(texture.lbp_histogram(images.to_gray(picture), settings))
     yield _same("B5/lbp", found, patterns, COUNTED)
     yield _partition(picture, settings, (counts, gradients, patterns))

@@ -18,6 +18,8 @@ from verification.sources import Source
 
 PARTS = ("R1/separated", "B4/label", "B4/tie")
 FRESH, COPY, SWAPPED = "another template", "the same again", "two columns of equal data exchanged"
+NEGATED = "the first one negated"
+"""Its optimum is that of the first one, at (-w, -u): no interval can separate them, and no order either."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +49,13 @@ def observe(problem: Problem, source: Source) -> Iterator[Observation]:
 def _drawn(problem: Problem, source: Source) -> _Library:
     group = next((g for g in Data.of(problem).groups if len(g) > 1), None)
     templates, twins, X = [problem.o], [0], problem.X
-    kinds = (FRESH, COPY, SWAPPED) if group else (FRESH, COPY)
+    kinds = (FRESH, COPY, NEGATED, SWAPPED) if group else (FRESH, COPY, NEGATED)
     for j in range(1, source.integer(2, 4)):
         kind, o = source.choice(kinds), problem.o.copy()
         if kind == FRESH:
             o = source.matrix(1, problem.d)[0]
+        elif kind == NEGATED:
+            o = -o
         else:
             twins.append(j)
         if kind == SWAPPED and group:

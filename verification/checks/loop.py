@@ -1,6 +1,7 @@
 """Claim B3: the paper's loop does what its reading says, and its trace says what it did."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from convexperc.problem import Problem
 from convexperc.solvers.paper import LinearSolver, PaperTrace, Stop, run
 from verification.checks.interface import Check, Observation
+from verification.checks.rational import drawn_point
 from verification.claims import ORDERS, READINGS
 from verification.evidence import Outcome
 from verification.families import EXTREME, FAMILIES
@@ -41,10 +43,14 @@ FACTORS = dict.fromkeys(("printed", "absolute", "appendix_half"), Fraction(1, 2)
 
 
 def loop(problem: Problem, source: Source) -> Iterator[Observation]:
-    """Run a few iterations of one reading and set one of them beside the box of Algorithm 1."""
+    """Run a few iterations of one reading and set one of them beside the box of Algorithm 1.
+
+    The start is the paper's, or a drawn one: the paper's is rounded, and has hardly ever an entry of 0.
+    """
     reading, order = source.choice(READINGS), source.choice(ORDERS)
     solver = source.choice(tuple(LinearSolver))
     steps = source.integer(1, 6)
+    start = drawn_point(problem, source) if source.integer(0, 1) else None
     trace = run(
         problem,
         reading=reading,
@@ -52,6 +58,7 @@ def loop(problem: Problem, source: Source) -> Iterator[Observation]:
         linear_solver=solver,
         max_iterations=steps,
         tolerance=TOLERANCE,
+        start=start,
         keep_iterates=True,
     )
     yield _step(problem, trace, f"{reading} {order} {solver}")
@@ -96,19 +103,23 @@ class Systems:
 
     def error_of_w(self, w: np.ndarray, u: np.ndarray, found: np.ndarray) -> Fraction:
         """(XX' + lambda1 I + f lambda2 D^w) w(i+1) against X (o + lambda1 u)."""
-        gram = self._X @ self._X.T
-        for j in range(len(gram)):
-            gram[j, j] += self._lambda1
+        X, size, target = self._X, np.abs(self._X), self._o + self._lambda1 * rationals(u)
+        coupling = np.array([[self._lambda1 * (i == j) for j in range(len(X))] for i in range(len(X))])
         sizes = self._view_sizes(rationals(w))
-        rhs = self._X @ (self._o + self._lambda1 * rationals(u))
-        return self._error(gram, sizes, self._lambda2, rationals(found), rhs)
+        true = _System(X @ X.T + coupling, X @ target)
+        behind = _System(
+            size @ size.T + coupling, size @ (np.abs(self._o) + self._lambda1 * np.abs(rationals(u)))
+        )
+        return self._error(true, behind, sizes, self._lambda2, rationals(found))
 
     def error_of_u(self, u: np.ndarray, w: np.ndarray, found: np.ndarray) -> Fraction:
         """(lambda1 X'X + f lambda3 D^u) u(i+1) against lambda1 X'w."""
         sizes = np.array(self._modality_sizes(rationals(u)), dtype=object)
-        gram = self._lambda1 * (self._X.T @ self._X)
-        rhs = self._lambda1 * (self._X.T @ rationals(w))
-        return self._error(gram, sizes, self._lambda3, rationals(found), rhs)
+        true, behind = (
+            _System(self._lambda1 * (X.T @ X), self._lambda1 * (X.T @ seen))
+            for X, seen in ((self._X, rationals(w)), (np.abs(self._X), np.abs(rationals(w))))
+        )
+        return self._error(true, behind, sizes, self._lambda3, rationals(found))
 
     def _view_sizes(self, w: Rationals) -> Rationals:
         if self._reading == "printed":
@@ -128,10 +139,14 @@ class Systems:
         return sizes
 
     def _error(
-        self, gram: Rationals, sizes: Rationals, weight: Fraction, x: Rationals, rhs: Rationals
+        self, system: "_System", behind: "_System", sizes: Rationals, weight: Fraction, x: Rationals
     ) -> Fraction:
-        """The largest scaled residual over the largest scaled sum of magnitudes; held entries must be 0."""
-        order, factor = len(x), FACTORS[self._reading]
+        """The largest scaled residual over the largest scaled sum of magnitudes; held entries must be 0.
+
+        `behind` is the system with every product in it taken by its size: what rounding is a share of, also
+        where products cancel inside of the matrix or of the right side.
+        """
+        order, factor, gram = len(x), FACTORS[self._reading], system.gram
         free = [k for k in range(order) if weight == 0 or sizes[k] != 0]
         if any(x[k] != 0 for k in range(order) if k not in free):
             return Fraction(1)
@@ -141,11 +156,20 @@ class Systems:
             scale = square_root(gram[k, k] + abs(ridge)).upper
             if scale == 0:
                 continue
-            products = [gram[k, at] * x[at] for at in free] + [ridge * x[k], -rhs[k]]
+            products = [gram[k, at] * x[at] for at in free] + [ridge * x[k], -system.rhs[k]]
             lost = TINY * (sum(abs(gram[k, at]) for at in free) + abs(ridge) + 1)
             residual = max(residual, (abs(sum(products)) - lost) / scale)
-            terms = max(terms, sum(abs(each) for each in products) / scale)
+            magnitudes = [behind.gram[k, at] * abs(x[at]) for at in free] + [abs(ridge * x[k]), behind.rhs[k]]
+            terms = max(terms, sum(magnitudes) / scale)
         return residual / terms if terms else Fraction(0)
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """A matrix without its ridge, and a right side."""
+
+    gram: Rationals
+    rhs: Rationals
 
 
 def _trace(problem: Problem, trace: PaperTrace, steps: int) -> Observation:
@@ -166,7 +190,8 @@ def _trace(problem: Problem, trace: PaperTrace, steps: int) -> Observation:
         wrong.append(f"iteration limit after {trace.iterations} of {steps}")
     if trace.stop in {Stop.CONVERGED, Stop.LOCKED_AT_ZERO} and trace.steps[-1].max() > TOLERANCE:
         wrong.append(f"{trace.stop.value} with steps of {trace.steps[-1].max():.3g}")
-    if not (np.array_equal(trace.w, trace.path_w[-1]) and np.array_equal(trace.u, trace.path_u[-1])):
+    ends = (trace.w, trace.path_w[-1]), (trace.u, trace.path_u[-1])
+    if not all(np.array_equal(end, last, equal_nan=True) for end, last in ends):
         wrong.append("w and u are not those of the last iteration")
     return Observation.of("B3/trace", not wrong, float(len(wrong)), "; ".join(wrong[:3]))
 

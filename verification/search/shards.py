@@ -126,7 +126,7 @@ class Found:
     broken: list[str] = field(default_factory=list)
 
 
-def explore(shard: Shard, check: Check, campaign: int) -> Found:
+def explore(shard: Shard, check: Check, campaign: int, *, shrink: bool = True) -> Found:
     """Draw the problems of one shard and count what `check` observes on them.
 
     Parameters
@@ -136,9 +136,11 @@ def explore(shard: Shard, check: Check, campaign: int) -> Found:
         The one that the shard names.
     campaign : int
         Seed of the campaign.
+    shrink : bool
+        Whether a hunt goes on from its first failure to a smaller one.
     """
     found = Found(shard.key)
-    phases = [Phase.generate, Phase.shrink if shard.hunt else Phase.target]
+    phases = [Phase.generate, *([Phase.shrink] * shrink if shard.hunt else [Phase.target])]
 
     @seed(_number(campaign, shard))
     @settings(

@@ -1,0 +1,1 @@
+"""Faults to plant on purpose: a verifier is worth what it catches."""

@@ -1,0 +1,130 @@
+"""What a planted fault is, and how it is planted and taken out again."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+from verification.checks.catalogue import CHECKS
+from verification.checks.interface import Check
+
+PACKAGE = "convexperc"
+ORDINARY = ("random", "recognition")
+PROBLEMS = 40
+"""Problems of a family that a hunt draws before it goes on to the next."""
+LARGEST = (2, 3)
+"""Largest n and d of them: two views and two modalities show every fault, and small failures are read."""
+
+
+class Setter(Protocol):
+    """What plants a fault: `Patcher`, or `pytest.MonkeyPatch`."""
+
+    def setattr(self, target: Any, name: str, value: Any) -> None:
+        """Replace an attribute."""
+
+
+@dataclass
+class Patcher:
+    """Replaces attributes of modules and classes, and puts every one back.
+
+    Attributes
+    ----------
+    before : list of (object, str, object)
+        What was replaced: where, its name, and what was there.
+    """
+
+    before: list[tuple[Any, str, Any]] = field(default_factory=list)
+
+    def setattr(self, target: Any, name: str, value: Any) -> None:
+        """Replace an attribute that `target` itself has: a method's wrapper is kept as it is."""
+        self.before.append((target, name, vars(target)[name]))
+        setattr(target, name, value)
+
+    def undo(self) -> None:
+        """Put everything back, the last change first."""
+        while self.before:
+            target, name, value = self.before.pop()
+            setattr(target, name, value)
+
+
+Plant = Callable[[Setter], None]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault.
+
+    Attributes
+    ----------
+    name : str
+    part : str
+        The part of a claim that must fail, a key of `verification.claims.PARTS`.
+    plant : callable
+        Takes a `Setter`.
+    also : tuple of str
+        Parts of the same check that the fault makes false as well.
+    families : tuple of str
+        Where it is looked for, the likeliest first; the true code passes on all of them.
+    problems : int
+        Of each family.
+    largest : (int, int)
+        Largest n and d of them.
+    """
+
+    name: str
+    part: str
+    plant: Plant
+    also: tuple[str, ...] = ()
+    families: tuple[str, ...] = ORDINARY
+    problems: int = PROBLEMS
+    largest: tuple[int, int] = LARGEST
+
+    @property
+    def check(self) -> Check:
+        """The check that must name it, for problems as small as the fault asks for."""
+        check = next(check for check in CHECKS if self.part in check.parts)
+        return replace(check, largest=self.largest)
+
+    @contextmanager
+    def planted(self) -> Iterator[Patcher]:
+        """Plant it for a while; it is taken out again, whatever happens."""
+        patcher = Patcher()
+        try:
+            self.plant(patcher)
+            yield patcher
+        finally:
+            patcher.undo()
+
+
+def replaced(target: Any, name: str, value: Any) -> Plant:
+    """Put something else in one place."""
+    return lambda setter: setter.setattr(target, name, value)
+
+
+def wrapped(target: Any, name: str, change: Callable[..., Any]) -> Plant:
+    """Change what one function returns: `change` takes that and the function's arguments."""
+    original = getattr(target, name)
+    return replaced(target, name, lambda *a, **k: change(original(*a, **k), *a))
+
+
+def everywhere(original: Callable[..., Any], replacement: Callable[..., Any]) -> Plant:
+    """Replace a function in every loaded module of the library that holds it."""
+
+    def plant(setter: Setter) -> None:
+        modules = [m for key, m in sys.modules.items() if key.split(".")[0] == PACKAGE]
+        for module in modules:
+            for name in [key for key, value in vars(module).items() if value is original]:
+                setter.setattr(module, name, replacement)
+
+    return plant
+
+
+def together(*plants: Plant) -> Plant:
+    """Several changes that make one fault."""
+
+    def plant(setter: Setter) -> None:
+        for each in plants:
+            each(setter)
+
+    return plant

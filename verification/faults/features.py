@@ -1,0 +1,121 @@
+"""Faults in the features of pictures."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from skimage.feature import local_binary_pattern
+
+from convexperc import images
+from convexperc.features import color, extraction, hog, lbp
+from verification.faults.fault import Fault, Plant, everywhere, replaced, wrapped
+
+PICTURES = ("random",)
+
+
+def _configured(module: Any, name: str, **values: Callable[[Any], Any]) -> Plant:
+    """Describe with other settings than those asked for."""
+    original = getattr(module, name)
+
+    def describe(picture: Any, configuration: Any) -> Any:
+        changed = {key: value(configuration) for key, value in values.items()}
+        return original(picture, replace(configuration, **changed))
+
+    return replaced(module, name, describe)
+
+
+def _patterns(
+    gray: Any, configuration: Any, *, points: int = 0, radius: float = 0.0, rim: bool = True, levels: int = 1
+) -> Any:
+    """The histogram of patterns with other points, radius, rim or levels of gray."""
+    codes = local_binary_pattern(  # type: ignore[no-untyped-call]
+        gray // levels,
+        P=configuration.lbp_points + points,
+        R=configuration.lbp_radius + radius,
+        method=configuration.lbp_method,
+    )
+    margin = configuration.lbp_margin if rim else 0
+    inner = codes[margin : codes.shape[0] - margin, margin : codes.shape[1] - margin].astype(np.int64)
+    counts = np.bincount(inner.ravel(), minlength=configuration.lbp_bins)[: configuration.lbp_bins]
+    return counts.astype(np.float64)
+
+
+def _described(**changes: Any) -> Plant:
+    return replaced(lbp, "lbp_histogram", lambda gray, settings: _patterns(gray, settings, **changes))
+
+
+def _brighter(image: Any) -> Any:
+    """Every intensity one higher, up to 255."""
+    return np.minimum(image, 254) + np.uint8(1)
+
+
+def _plain_gray(picture: Any) -> Any:
+    """The mean of R, G and B."""
+    return np.asarray(picture.mean(axis=2).round(), dtype=np.uint8)
+
+
+def _exchanged(X: Any, configuration: Any) -> Any:
+    """The last block first."""
+    ends = np.cumsum(list(configuration.modality_sizes.values()))
+    first, middle, last = np.split(X, ends[:-1], axis=1)
+    return np.concatenate([last, middle, first], axis=1)
+
+
+HISTOGRAM = color.color_histogram
+
+PICTURE = (
+    Fault(
+        "red and blue exchanged",
+        "B5/histogram",
+        wrapped(color, "color_histogram", lambda h, *a: h.reshape(3, -1)[::-1].ravel()),
+        families=PICTURES,
+    ),
+    Fault(
+        "intensities one bin off",
+        "B5/histogram",
+        replaced(color, "color_histogram", lambda image, settings: HISTOGRAM(_brighter(image), settings)),
+        families=PICTURES,
+    ),
+    Fault(
+        "HOG in single precision",
+        "B5/hog",
+        wrapped(hog, "hog_descriptor", lambda h, *a: np.float32(h)),
+        families=PICTURES,
+    ),
+    Fault(
+        "HOG with cells of another size",
+        "B5/hog",
+        _configured(hog, "hog_descriptor", hog_pixels_per_cell=lambda c: (4, 4)),
+        families=PICTURES,
+    ),
+    Fault(
+        "HOG with another norm of its blocks",
+        "B5/hog",
+        _configured(hog, "hog_descriptor", hog_block_norm=lambda c: "L1"),
+        families=PICTURES,
+    ),
+    Fault(
+        "gray as the mean of R, G, B",
+        "B5/hog",
+        everywhere(images.to_gray, _plain_gray),
+        ("B5/lbp",),
+        PICTURES,
+    ),
+    Fault("LBP of gray values in 16 levels", "B5/lbp", _described(levels=16), families=PICTURES),
+    Fault("LBP with a radius one larger", "B5/lbp", _described(radius=1.0), families=PICTURES),
+    Fault("LBP with one neighbour more", "B5/lbp", _described(points=1), families=PICTURES),
+    Fault("LBP with the rim of the picture", "B5/lbp", _described(rim=False), families=PICTURES),
+    Fault(
+        "blocks of colour and texture exchanged",
+        "B5/partition",
+        wrapped(extraction, "extract", lambda X, images, c: _exchanged(X, c)),
+        families=PICTURES,
+    ),
+    Fault(
+        "blocks without unit length",
+        "B5/partition",
+        replaced(extraction, "unit_length", lambda block: block),
+        families=PICTURES,
+    ),
+)

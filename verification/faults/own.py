@@ -1,0 +1,84 @@
+"""Faults in the verifier itself, and the catalogue of all."""
+
+from fractions import Fraction
+from typing import Any
+
+from convexperc.problem import Problem
+from convexperc.solvers.readings import Reading
+from verification import cost, oracles, referee
+from verification.checks import descent, loop
+from verification.faults import certificates, features, formulation, recognition, solvers
+from verification.faults import loop as algorithm
+from verification.faults.fault import Fault, replaced, together, wrapped
+from verification.faults.solvers import with_lambdas
+from verification.oracles import Enclosure
+
+MILLIONTH = Fraction(1, 10**6)
+OBJECTIVE, OWN = oracles.objective, descent.own_objective
+
+
+def _halved_lambda3(problem: Problem, w: Any, u: Any) -> Enclosure:
+    """F with a half of its modality norm."""
+    return OBJECTIVE(with_lambdas(problem, problem.lambda1, problem.lambda2, problem.lambda3 / 2), w, u)
+
+
+def _moved(found: referee.Optimum, factor: Fraction) -> referee.Optimum:
+    """An optimum that is not where it is."""
+    value = Enclosure(found.value.lower * factor, found.value.upper * factor)
+    return referee.Optimum(value, found.w, found.views, found.modalities)
+
+
+def _whole_penalties(problem: Problem, trace: Any, w: Any, u: Any) -> Fraction:
+    """F itself for what the absolute update descends."""
+    return OBJECTIVE(problem, w, u).lower
+
+
+OWN_FAULTS = (
+    Fault("lambda3 halved in the oracle", "F2/group_lasso", replaced(oracles, "objective", _halved_lambda3)),
+    Fault(
+        "the referee's optimum a millionth too low",
+        "B1/dual",
+        wrapped(referee, "optimum", lambda found, *a: _moved(found, 1 - MILLIONTH)),
+    ),
+    Fault(
+        "the referee's optimum a millionth too high",
+        "B2/true",
+        wrapped(referee, "optimum", lambda found, *a: _moved(found, 1 + MILLIONTH)),
+    ),
+    Fault(
+        "half of lambda where the check asks for lambda",
+        "B3/step",
+        replaced(loop, "FACTORS", dict.fromkeys(loop.FACTORS, Fraction(1, 2))),
+        problems=80,
+    ),
+    Fault(
+        "the absolute update said to descend F",
+        "T1c/absolute",
+        together(
+            replaced(Reading, "own_objective", lambda self, p, w, u: float(OBJECTIVE(p, w, u).lower)),
+            replaced(descent, "own_objective", _whole_penalties),
+        ),
+    ),
+)
+
+COST = (
+    Fault("Woodbury's identity not used", "C1/woodbury", replaced(cost, "woodbury", cost.step7)),
+    Fault("nothing is reduced", "C1/reduction", replaced(cost.Iterate, "reduced", lambda self: self)),
+)
+"""These show in `verification.cost`, which counts operations, and in no check on problems."""
+
+FAULTS: tuple[Fault, ...] = (
+    *formulation.OBJECTIVE,
+    *formulation.DERIVATION,
+    *algorithm.UPDATES,
+    *algorithm.TRACE,
+    *algorithm.DESCENT,
+    *certificates.DUAL,
+    *certificates.WORDS,
+    *solvers.SOLVERS,
+    *solvers.ANSWERS,
+    *recognition.LABEL,
+    *features.PICTURE,
+    *OWN_FAULTS,
+)
+"""Faults that a check on problems must name."""
