@@ -200,4 +200,4 @@ def _feature(place: _Place, i: int, k: int) -> Slope:
     )
 
 
-CHECKS = (Check("derivatives", PARTS, observe),)
+CHECKS = (Check("derivatives", PARTS, observe, share=1.5),)

@@ -154,4 +154,4 @@ def _partition(picture: Pixels, settings: FeatureConfiguration, blocks: tuple[Nu
     return _same("B5/partition", row, np.concatenate(units), COUNTED)
 
 
-CHECKS = (Check("features", PARTS, observe, families=("random",), share=10.0),)
+CHECKS = (Check("features", PARTS, observe, families=("random",), share=20.0),)

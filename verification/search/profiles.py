@@ -44,8 +44,8 @@ class Profile:
 PROFILES = {
     each.name: each
     for each in (
-        Profile("quick", problems=6, shard=64, hunts=False, per_scale=4),
+        Profile("quick", problems=8, shard=64, hunts=False, per_scale=4),
         Profile("ci", problems=40, shard=64, hunts=True, per_scale=12),
-        Profile("full", problems=720, shard=180, hunts=True, per_scale=100),
+        Profile("full", problems=690, shard=175, hunts=True, per_scale=100),
     )
 }
