@@ -12,8 +12,9 @@ VERDICTS = {
     " identity, by the solver z3 over the real numbers, or by exact arithmetic.",
     Verdict.HOLDS_UNDER: "Proved in the same way, but only under the condition that is named.",
     Verdict.SUPPORTED: "Tried on the stated number of cases, and none spoke against it. This is not a proof.",
-    Verdict.REFUTED: "False as stated. A counterexample is stored, and it was confirmed in exact"
-    " arithmetic during this run. This is a finding about the claim, not a failure of the run.",
+    Verdict.REFUTED: "False as stated. A counterexample is stored, and it was confirmed during this run: in"
+    " exact arithmetic or, where the claim is about a program, by running that again beside a proved interval."
+    " This is a finding about the claim, not a failure of the run.",
     Verdict.INCONCLUSIVE: "None of these: nothing was decided, or cases failed that nobody could"
     " confirm exactly.",
     Verdict.NOT_TESTABLE: "Cannot be judged here, for the reason that is given.",
@@ -68,8 +69,9 @@ LIMITATIONS = (
     "The limit of an iteration cannot be observed. A run that meets the limit of 150 iterations is"
     " undecided, and never counts as a failure. One that meets a singular system has no next iterate, and"
     " counts as a failure to converge.",
-    "The loops run in float64. A rise or a wrong limit seen there refutes nothing by itself; only"
-    " the stored counterexamples do, and they are exact.",
+    "The loops run in float64. A rise of F counts once one exact update from the iterate before it rises as"
+    " well; a wrong limit, where the run ends by itself above the proved interval of F*. The counterexamples"
+    " of the catalogue are exact from the first iterate to the limit; those named found-... repeat a case.",
     "Rigorous intervals of F* assume IEEE 754 arithmetic that rounds to nearest, and matrix"
     " products that sum ordinary products, in any order.",
     "What is said of other solvers holds for the versions named here, at their default settings.",
