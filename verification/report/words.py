@@ -13,7 +13,7 @@ VERDICTS = {
     Verdict.HOLDS_UNDER: "Proved in the same way, but only under the condition that is named.",
     Verdict.SUPPORTED: "Tried on the stated number of cases, and none spoke against it. This is not a proof.",
     Verdict.REFUTED: "False as stated. A counterexample is stored, and it was confirmed during this run: in"
-    " exact arithmetic or, where the claim is about a program, by running that again beside a proved interval."
+    " exact arithmetic or, where the claim is about a program, by running it again beside a proved interval."
     " This is a finding about the claim, not a failure of the run.",
     Verdict.INCONCLUSIVE: "None of these: nothing was decided, or cases failed that nobody could"
     " confirm exactly.",
