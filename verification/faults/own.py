@@ -49,7 +49,6 @@ OWN_FAULTS = (
         "half of lambda where the check asks for lambda",
         "B3/step",
         replaced(loop, "FACTORS", dict.fromkeys(loop.FACTORS, Fraction(1, 2))),
-        problems=80,
     ),
     Fault(
         "the absolute update said to descend F",
