@@ -8,22 +8,16 @@ import numpy as np
 
 from convexperc.solvers import paper, paper_systems
 from convexperc.solvers.paper_trace import Log, PaperTrace
-from convexperc.solvers.readings import ABSOLUTE, CORRECTED, SMOOTHED, Diagonal, Reading, Size
-from verification.checks import descent
-from verification.exact_arithmetic import inner
-from verification.exact_update import Update
+from convexperc.solvers.readings import ABSOLUTE, CORRECTED, Diagonal, Reading, Size
 from verification.faults.fault import Fault, Plant, Setter, replaced, together, wrapped
 from verification.faults.formulation import single
 
 WITH_ZEROS = ("target_in_span",)
 """Where weights are often 0 or nearly so."""
-FEW = 20
-"""Problems of hunts whose check runs the loop to its end."""
 
 
 LINES: tuple[Any, Any] = paper_systems.solve_w, paper_systems.solve_u
 """What lines 6 and 7 of the loop call."""
-THOUSAND = 1e3
 
 
 @dataclass
@@ -203,71 +197,5 @@ TRACE = (
         "one iteration more than asked for",
         "B3/trace",
         replaced(Log, "__post_init__", _one_more(Log.__post_init__)),
-    ),
-)
-
-
-def _signed_exactly(self: Update, w: Any) -> Any:
-    """The signed w in every reading."""
-    return list(w)
-
-
-DESCENT = (
-    Fault(
-        "D^w without absolute value, exactly as well",
-        "T1a/corrected/gauss_seidel",
-        together(SIGNED, replaced(Update, "view_sizes", _signed_exactly)),
-        problems=FEW,
-    ),
-    Fault(
-        "D^w without absolute value, exactly as well, in Jacobi order",
-        "T1a/corrected/jacobi",
-        together(SIGNED, replaced(Update, "view_sizes", _signed_exactly)),
-        problems=FEW,
-    ),
-    Fault(
-        "half of lambda2 and lambda3 in the corrected update",
-        "T1b/corrected/gauss_seidel",
-        halved("solve_w", "solve_u"),
-        families=("one_view",),
-        problems=FEW,
-    ),
-    Fault(
-        "half of lambda2 and lambda3 in the limit",
-        "T1c/limit",
-        halved("solve_w", "solve_u"),
-        families=("one_view",),
-        problems=FEW,
-    ),
-    Fault(
-        "the promised fall doubled",
-        "T1c/descent/gauss_seidel",
-        wrapped(descent, "promised_fall", lambda found, *a: 2.0 * found),
-        problems=FEW,
-    ),
-    Fault(
-        "the promised fall doubled, in Jacobi order",
-        "T1c/descent/jacobi",
-        wrapped(descent, "promised_fall", lambda found, *a: 2.0 * found),
-        problems=FEW,
-    ),
-    Fault(
-        "D^u with ||u^i||^2, exactly as well",
-        "T1c/smoothed_descent",
-        together(SQUARED, replaced(Update, "modality_size", lambda self, block: inner(block, block))),
-        problems=FEW,
-    ),
-    Fault(
-        "eps a thousand times as large as said",
-        "T1c/smoothed_distance",
-        together(
-            sizes_of_w(Size.SMOOTHED, lambda reading, w: np.hypot(w, THOUSAND * (reading.eps or 0.0))),
-            sizes_of_u(
-                lambda r, norms, true: (
-                    np.hypot(norms, THOUSAND * (r.eps or 0.0)) if r.name == SMOOTHED.name else true
-                )
-            ),
-        ),
-        problems=FEW,
     ),
 )
