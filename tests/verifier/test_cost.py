@@ -52,7 +52,7 @@ def test_the_parts_of_c1():
         "C1/woodbury": Outcome.HELD,
         "C1/reduction": Outcome.HELD,
     }, outcome
-    assert list(cost.series()) == ["step6", "step7", "woodbury", "reduction"], cost.series()
+    assert list(cost.counts()) == ["step6", "step7", "woodbury", "reduction"], cost.counts()
 
 
 @pytest.mark.parametrize("fault", COST, ids=[fault.name for fault in COST])
@@ -64,7 +64,7 @@ def test_a_planted_fault_is_seen(fault, monkeypatch):
 
 def test_times_have_the_shape_of_the_counts():
     times = cost.times()
-    assert list(times) == list(cost.series()), list(times)
+    assert list(times) == list(cost.counts()), list(times)
     for name, growth in times.items():
         assert len(growth["x"]) == len(growth["y"]), (name, growth)
         assert min(growth["y"]) > 0.0, (name, growth)

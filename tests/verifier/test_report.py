@@ -477,7 +477,7 @@ def test_the_limitations_fit_the_profiles_and_the_checks():
 
 def test_the_nearest_true_forms_of_the_ledger_exist():
     named = {claim.id: claim.repaired_by for claim in CLAIMS.values() if claim.repaired_by}
-    assert set(named) == {"T1a", "T1b"}
+    assert set(named) == {"T1a", "T1b", "S1"}
     assert all(key in PARTS for keys in named.values() for key in keys)
 
 

@@ -103,14 +103,12 @@ DUAL = (
         "proved zeros without their radius",
         "B1/dual",
         replaced(certificate, "proved_zeros", lambda f, point, gap: optimum.proved_zeros(f, point, 0.0)),
-        problems=200,
     ),
     Fault(
         "exact least squares off by 2^-40",
         "B1/dual",
         wrapped(certificate, "exact_optimum", lambda found, *a: found and found * (1 + 2**-40)),
         families=EXACT,
-        problems=80,
     ),
 )
 

@@ -10,7 +10,7 @@ from verification.checks.catalogue import CHECKS
 from verification.checks.interface import Check
 
 PACKAGE = "convexperc"
-ORDINARY = ("random", "recognition")
+ORDINARY = ("random",)
 PROBLEMS = 40
 """Problems of a family that a hunt draws before it goes on to the next."""
 LARGEST = (2, 3)

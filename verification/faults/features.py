@@ -99,7 +99,7 @@ PICTURE = (
         "gray as the mean of R, G, B",
         "B5/hog",
         everywhere(images.to_gray, _plain_gray),
-        ("B5/lbp",),
+        ("B5/lbp", "B5/partition"),
         PICTURES,
     ),
     Fault("LBP of gray values in 16 levels", "B5/lbp", _described(levels=16), families=PICTURES),

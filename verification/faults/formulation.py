@@ -56,7 +56,12 @@ def _scaled(value: Enclosure, factor: int) -> Enclosure:
 
 
 OBJECTIVE = (
-    Fault("the root of |w_j| in the objective", "F1/convex", views_by(lambda w: np.sqrt(np.abs(w)).sum())),
+    Fault(
+        "the root of |w_j| in the objective",
+        "F1/convex",
+        views_by(lambda w: np.sqrt(np.abs(w)).sum()),
+        problems=60,
+    ),
     Fault(
         "||o||^2 left out of the objective",
         "F1/bounded",
@@ -67,9 +72,7 @@ OBJECTIVE = (
         "B1/objective",
         terms_with(lambda f, p, w, u: {"modality_norm": 0.5 * f.modality_norm}),
     ),
-    Fault(
-        "Xu + w for Xu - w", "B1/objective", everywhere(objective.residuals, _turned_coupling), problems=60
-    ),
+    Fault("Xu + w for Xu - w", "B1/objective", everywhere(objective.residuals, _turned_coupling)),
     Fault(
         "lambda1 left out of the objective",
         "B1/objective",
@@ -101,7 +104,6 @@ OBJECTIVE = (
         "the l1-norm within a modality",
         "F4/parallel",
         modalities_by(lambda p, u: np.abs(u).sum()),
-        problems=80,
     ),
     Fault(
         "critical lambda2 without its factor 2",

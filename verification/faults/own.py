@@ -8,6 +8,7 @@ from convexperc.solvers.readings import Reading
 from verification import cost, oracles, referee
 from verification.checks import descent, loop
 from verification.faults import certificates, features, formulation, recognition, solvers
+from verification.faults import descent as limits
 from verification.faults import loop as algorithm
 from verification.faults.fault import Fault, replaced, together, wrapped
 from verification.faults.solvers import with_lambdas
@@ -49,7 +50,6 @@ OWN_FAULTS = (
         "half of lambda where the check asks for lambda",
         "B3/step",
         replaced(loop, "FACTORS", dict.fromkeys(loop.FACTORS, Fraction(1, 2))),
-        problems=80,
     ),
     Fault(
         "the absolute update said to descend F",
@@ -72,7 +72,7 @@ FAULTS: tuple[Fault, ...] = (
     *formulation.DERIVATION,
     *algorithm.UPDATES,
     *algorithm.TRACE,
-    *algorithm.DESCENT,
+    *limits.DESCENT,
     *certificates.DUAL,
     *certificates.WORDS,
     *solvers.SOLVERS,

@@ -64,6 +64,5 @@ LABEL = (
         "R1/separated",
         decided(called(Verdict.UNDECIDED)),
         also=("B4/tie", "B4/label"),
-        problems=150,
     ),
 )
