@@ -17,7 +17,7 @@ from verification.families import FAMILIES
 from verification.faults.fault import Fault, Patcher, everywhere, replaced
 from verification.faults.hunt import Caught, explored, hunt, hunts
 from verification.faults.own import COST, FAULTS
-from verification.faults.table import SCHEMA, WIDTH, as_json, planted, table
+from verification.faults.table import SCHEMA, WIDTH, as_json, as_markdown, planted, table
 
 FAULT = {fault.name: fault for fault in FAULTS}
 SHRUNK = ("u is not updated", "lambda3 halved in the objective", "coupling term left out of the gap")
@@ -169,3 +169,7 @@ def test_the_table_has_its_schema_and_its_width():
     lines = console.file.getvalue().splitlines()
     assert max(map(len, lines)) <= WIDTH, max(lines, key=len)
     assert any("escaped bounds" in line for line in lines), lines
+    text = as_markdown([*outcomes, escaped])
+    assert text.startswith("# 3 planted faults, 1 escaped\n"), text
+    assert "| a fault | escaped bounds | B1/dual |" in text, text
+    assert [line.count(" | ") for line in text.splitlines() if line.startswith("| ")] == [7] * 4, text

@@ -142,9 +142,10 @@ def faults(
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the table here.", dir_okay=False)
     ] = None,
+    markdown: Annotated[Path | None, typer.Option(help="Write it here as Markdown.", dir_okay=False)] = None,
 ) -> None:
     """Plant every known fault in the library and say which check caught it; exit code 1 if one escaped."""
-    from verification.faults.table import as_json, planted, table  # noqa: PLC0415 - keeps --help quick
+    from verification.faults.table import as_json, as_markdown, planted, table  # noqa: PLC0415 - keeps --help quick
 
     console = _console()
     with Progress(console=Console(stderr=True), transient=True) as bar:
@@ -154,6 +155,9 @@ def faults(
     if json_file is not None:
         with _misuse("--json"):
             json_file.write_text(json.dumps(as_json(outcomes), indent=1) + "\n", encoding="utf-8")
+    if markdown is not None:
+        with _misuse("--markdown"):
+            markdown.write_text(as_markdown(outcomes), encoding="utf-8")
     raise typer.Exit(0 if all(each.caught for each in outcomes) else 1)
 
 

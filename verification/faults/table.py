@@ -12,6 +12,11 @@ from verification.faults.own import FAULTS
 
 SCHEMA = "convexperc/faults/1"
 WIDTH = 140
+WHAT = (
+    "Each fault is planted in the running code, one at a time; the check that should name it then hunts for a"
+    " problem that shows it, and Hypothesis shrinks that. Nothing is found when nothing is planted. n x d is the"
+    " size of the shrunk problem, bits the length of its numbers as fractions."
+)
 VOLATILE = (
     "The seconds are those of one run on one machine; two runs of the same versions differ in nothing else."
 )
@@ -55,6 +60,20 @@ def table(outcomes: Sequence[Caught]) -> Table:
             each.fault, check, each.part, each.family, *size, str(each.problems), f"{each.seconds:.1f}"
         )
     return found
+
+
+def as_markdown(outcomes: Sequence[Caught]) -> str:
+    """The same table for a file, with the size of the problem that shows the fault."""
+    escaped = sum(not each.caught for each in outcomes)
+    head = ("fault", "caught by", "part", "in family", "n x d", "bits", "problems tried", "seconds")
+    lines = [f"# {len(outcomes)} planted faults, {escaped or 'none'} escaped", "", WHAT, ""]
+    lines += ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    for each in outcomes:
+        size = [f"{each.n} x {each.d}", str(each.bits)] if each.caught else ["", ""]
+        check = each.check if each.caught else f"escaped {each.check}"
+        cells = [each.fault, check, each.part, each.family, *size, str(each.problems), f"{each.seconds:.1f}"]
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join([*lines, "", VOLATILE, ""])
 
 
 def as_json(outcomes: Sequence[Caught]) -> dict[str, Any]:
