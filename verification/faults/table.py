@@ -14,8 +14,8 @@ SCHEMA = "convexperc/faults/1"
 WIDTH = 140
 WHAT = (
     "Each fault is planted in the running code, one at a time; the check that should name it then hunts for a"
-    " problem that shows it, and Hypothesis shrinks that. Nothing is found when nothing is planted. n x d is the"
-    " size of the shrunk problem, bits the length of its numbers as fractions."
+    " problem that shows it, and Hypothesis shrinks that. Nothing is found when nothing is planted. n x d is"
+    " the size of the shrunk problem, bits the length of its numbers as fractions."
 )
 VOLATILE = (
     "The seconds are those of one run on one machine; two runs of the same versions differ in nothing else."
