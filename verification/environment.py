@@ -10,7 +10,18 @@ from typing import Any
 
 import numpy as np
 
-DECIDING = ("numpy", "scipy", "clarabel", "cvxpy", "osqp", "hypothesis", "python-flint", "z3-solver", "numba")
+DECIDING = (
+    "numpy",
+    "scipy",
+    "scikit-image",
+    "clarabel",
+    "cvxpy",
+    "osqp",
+    "hypothesis",
+    "python-flint",
+    "z3-solver",
+    "numba",
+)
 """Packages whose version may change an outcome."""
 UNKNOWN = "unknown"
 SECONDS = 10

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 from convexperc.errors import ConvexpercError
 from verification.claims import CLAIMS, PARTS, Claim, Part, Role
-from verification.evidence import Argument, Count, Evidence, Judgement, Refutation, Verdict, summed
+from verification.evidence import Argument, Checker, Count, Evidence, Judgement, Refutation, Verdict, summed
 
 WEAKEST_FIRST = (
     Verdict.NOT_TESTABLE,
@@ -144,8 +144,12 @@ def _refuted(part: Part, confirmed: list[Refutation], arguments: list[Argument],
 
 
 def _proved(arguments: list[Argument], count: Count, notes: list[str]) -> Judgement:
-    steps = sum(len(argument.steps) for argument in arguments)
-    reasons = [f"proved in {steps} {'step' if steps == 1 else 'steps'}"]
+    steps = [step for argument in arguments for step in argument.steps]
+    cited = sum(step.checker is Checker.CITED for step in steps)
+    checked = len(steps) - cited
+    reasons = [f"proved in {checked} checked {'step' if checked == 1 else 'steps'}"]
+    if cited:
+        reasons[0] += f" and {cited} cited {'theorem' if cited == 1 else 'theorems'}"
     if count.held:
         reasons.append(f"{_cases(count.held)} beside it, none against")
     reason = "; ".join([*reasons, *notes])

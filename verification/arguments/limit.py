@@ -10,9 +10,13 @@ from verification.arguments.norms import (
     slope_modality,
     tangent_view,
 )
-from verification.arguments.polynomials import identity
+from verification.arguments.polynomials import cited, identity
 from verification.arguments.reals import real
 from verification.evidence import Argument, Step
+
+BOLZANO_WEIERSTRASS = (
+    "Bolzano and Weierstrass; W. Rudin, Principles of Mathematical Analysis, 3rd ed., theorem 3.6 (b)"
+)
 
 
 def arguments() -> tuple[Argument, ...]:
@@ -53,6 +57,7 @@ def vanishing() -> tuple[Step, ...]:
             ["S <= F0 - Fk", "s >= 0", "Fk - Fn >= s", "Fn >= 0"],
             "S + s <= F0 - Fn and S + s <= F0",
         ),
+        cited("limit-points", "a bounded sequence of points has a limit point", BOLZANO_WEIERSTRASS),
     )
 
 

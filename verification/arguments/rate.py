@@ -13,8 +13,8 @@ HOFFMAN = (
     " 49 (1952) 263-265"
 )
 CONDITION = (
-    "lambda1, lambda2, lambda3 > 0; no iterate has an exact zero; each w_j(i) stays away from 0 or has"
-    " lim |v_j| < lambda2, each u^i(i) stays away from 0 or has lim ||g^i|| < lambda3"
+    "for the linear rate: lambda1, lambda2, lambda3 > 0; no iterate has an exact zero; each w_j(i) stays away"
+    " from 0 or has lim |v_j| < lambda2, each u^i(i) stays away from 0 or has lim ||g^i|| < lambda3"
 )
 
 

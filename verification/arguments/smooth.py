@@ -3,14 +3,10 @@
 from verification.arguments.descent import chain, fall_gauss_seidel, fall_jacobi, update
 from verification.arguments.matrices import matrix_identity
 from verification.arguments.norms import cauchy_schwarz
-from verification.arguments.polynomials import cited, identity
+from verification.arguments.polynomials import identity
 from verification.arguments.reals import real
 from verification.evidence import Argument, Step
 
-BECK = (
-    "A. Beck, On the convergence of alternating minimization for convex programming with applications to"
-    " iteratively reweighted least squares and decomposition schemes, SIAM J. Optim. 25(1) (2015) 185-209"
-)
 ROOTS = ["e > 0", "f > 0", "g > 0", "f**2 == v**2 + e**2", "g**2 == t**2 + e**2"]
 
 
@@ -130,11 +126,5 @@ def convergence() -> tuple[Step, ...]:
             "E(i) = F_eps(i) - F_eps*: E(i) <= G^2/(4m), E(i) - E(i+1) >= c G^2: E(i+1) <= (1 - 4mc) E(i)",
             ["m > 0", "c > 0", "4*m*E0 <= G2", "E0 - E1 >= c*G2"],
             "E1 <= (1 - 4*m*c)*E0",
-        ),
-        cited(
-            "smooth-beck",
-            "beside it, for the variant that solves for w and u together: a two-block alternating"
-            " minimisation with a non-asymptotic sublinear rate; not used above",
-            BECK,
         ),
     )

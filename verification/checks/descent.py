@@ -31,6 +31,9 @@ ROUNDING = 1e-12
 SQUARABLE = 1e-70, 1e70
 """Sizes whose products of four stay in float64: the loop squares the data as given, and is judged in here."""
 
+FAR = 1e3
+"""F(start) beyond this times ||o||^2 >= F*: from so far off, small relative steps are no sign of a limit."""
+
 REACHED = 1e-6
 """Of F*: what the loop's own test of 1e-10 on the steps leaves where it converges slowly."""
 
@@ -81,14 +84,15 @@ class Descent:
         part = f"T1b/{self.reading}/{self.order}"
         if proof is None or not np.isfinite(trace.F[-1]):
             return Observation(part, Outcome.UNDECIDED, detail="F* is not certified, or F not finite")
-        if trace.stop in {Stop.SINGULAR, Stop.DIVERGED}:
-            detail = f"{trace.stop.value} after {trace.iterations} iterations"
-            return Observation(part, Outcome.FAILED, np.inf, detail)
         share, reached = distance_to_optimum(problem, trace, proof)
         if reached:
             return Observation(part, Outcome.HELD, share)
+        if trace.stop in {Stop.SINGULAR, Stop.DIVERGED}:
+            ended = self._singular(problem, trace) if trace.stop is Stop.SINGULAR else _squarable(problem)
+            detail = f"{trace.stop.value} after {trace.iterations} iterations"
+            return Observation(part, Outcome.FAILED if ended else Outcome.UNDECIDED, np.inf, detail)
         detail = f"{trace.stop.value}: F {trace.F[-1]:.17g}, F* <= {proof.upper:.17g}"
-        settled = trace.stop in {Stop.CONVERGED, Stop.LOCKED_AT_ZERO} and _squarable(problem)
+        settled = trace.stop in {Stop.CONVERGED, Stop.LOCKED_AT_ZERO} and _tells(problem, trace)
         return Observation(part, Outcome.FAILED if settled else Outcome.UNDECIDED, share, detail)
 
     def _falls(self, problem: Problem, trace: PaperTrace) -> Observation:
@@ -136,6 +140,18 @@ class Descent:
         except (SingularStepError, UnresolvedError):
             return None
         return objects([x.lower for x in new_w], w.shape), objects([x.lower for x in new_u], u.shape)
+
+    def _singular(self, problem: Problem, trace: PaperTrace) -> bool:
+        """Whether the system after the last iterate is singular exactly, and not to rounding alone."""
+        if not (np.isfinite(trace.w).all() and np.isfinite(trace.u).all()):
+            return False
+        try:
+            step(problem, self._update(trace), trace.w, trace.u)
+        except SingularStepError:
+            return True
+        except UnresolvedError:
+            return False
+        return False
 
     def _update(self, trace: PaperTrace) -> Update:
         eps = trace.reading.eps if trace.reading.name == "smoothed" else None
@@ -212,6 +228,11 @@ def _squarable(problem: Problem) -> bool:
     return bool(((sizes > SQUARABLE[0]) & (sizes < SQUARABLE[1])).all())
 
 
+def _tells(problem: Problem, trace: PaperTrace) -> bool:
+    """Whether small steps say that the run is near its limit; see `SQUARABLE` and `FAR`."""
+    return _squarable(problem) and trace.F[0] <= FAR * float(problem.o @ problem.o)
+
+
 def _limit(problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Observation:
     """T1c/limit: converged without an exact zero and with positive lambdas means optimal."""
     part = "T1c/limit"
@@ -219,7 +240,7 @@ def _limit(problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Ob
     zeros = zeros or any((np.linalg.norm(u[c]) == 0.0) for u in trace.path_u for c in problem.modalities)
     if zeros:
         return Observation(part, Outcome.SKIPPED, detail="a lambda, an entry of w or a block of u is 0")
-    if proof is None or trace.stop is not Stop.CONVERGED or not _squarable(problem):
+    if proof is None or trace.stop is not Stop.CONVERGED or not _tells(problem, trace):
         return Observation(part, Outcome.UNDECIDED, detail=trace.stop.value)
     share, reached = distance_to_optimum(problem, trace, proof)
     detail = f"F {trace.F[-1]:.17g}, F* <= {proof.upper:.17g}"
@@ -236,7 +257,7 @@ def _largest_rise(values: np.ndarray, scale: float) -> float:
 def _distance(problem: Problem, trace: PaperTrace, proof: Certificate | None) -> Observation:
     """T1c/smoothed_distance: a converged run is within eps (n lambda2 + m lambda3) of F*."""
     part = "T1c/smoothed_distance"
-    if proof is None or trace.stop is not Stop.CONVERGED or not _squarable(problem):
+    if proof is None or trace.stop is not Stop.CONVERGED or not _tells(problem, trace):
         return Observation(part, Outcome.UNDECIDED, detail=trace.stop.value)
     allowed = (trace.reading.eps or 0.0) * (problem.n * problem.lambda2 + problem.m * problem.lambda3)
     allowed += REACHED * proof.lower + REACHED_FLOOR * float(problem.o @ problem.o)

@@ -24,7 +24,7 @@ def confirm_inequality(record: Record) -> Confirmation:
     if relation == "l1-analogue":
         v, t = (numbers_of(record, record.fields[name], name) for name in "vt")
         left, right = _one(t) - dot(t, t) / (2 * _one(v)), _one(v) - dot(v, v) / (2 * _one(v))
-        return _compared(("left side", left), ("right side", right), fails=left > right, sign=">")
+        return _compared(("the left side", left), ("the right side", right), fails=left > right, sign=">")
     if relation == "substitution":
         v, w = (numbers_of(record, record.fields[name], name) for name in "vw")
         left = sum((x * x / (2 * abs(y)) for x, y in zip(w, v, strict=True)), Fraction(0))
@@ -36,7 +36,7 @@ def confirm_inequality(record: Record) -> Confirmation:
         ours = value(problem, w, u)
         theirs = minus(ours, point((problem.lambda1 - 1) * dot(q, q)))
         apart = theirs.lower > ours.upper or theirs.upper < ours.lower
-        return _sides(("objective of the appendix", theirs), ("F of Eq. (full)", ours), apart, "!=")
+        return _sides(("the objective of the appendix", theirs), ("F of Eq. (full)", ours), apart, "!=")
     known = "l1-analogue, substitution, appendix-objective"
     raise FileFormatError(f"{record.id}: relation", value=relation, must=f"must be one of {known}")
 
@@ -159,5 +159,6 @@ def _compared(
 
 def _sides(left: tuple[str, Enclosure], right: tuple[str, Enclosure], fails: bool, sign: str) -> Confirmation:
     found = {"left": text(left[1]), "right": text(right[1])}
-    finding = f"{left[0]} {shown(left[1])} {sign if fails else 'agrees with'} {shown(right[1])} {right[0]}"
+    word = {">": "exceeds", "!=": "is not"}[sign] if fails else "agrees with"
+    finding = f"{left[0]}, {shown(left[1])}, {word} {right[0]}, {shown(right[1])}"
     return Confirmation(fails, finding, found, sides=(Side(*left), Side(*right)))

@@ -44,7 +44,7 @@ def code(text: object) -> str:
 
 def _top(record: Record) -> Iterator[str]:
     told, findings = sentences.outcome(record)
-    yield from (f"# {words.TITLE}", "", sentences.headline(record), "")
+    yield from (f"# {words.TITLE}", "", sentences.headline(record), "", words.PAPER, "")
     if partial := sentences.partial(record):
         yield from (f"**{prose(partial)}**", "")
     yield from (f"**{told}**", "")
