@@ -34,6 +34,9 @@ SQUARABLE = 1e-70, 1e70
 FAR = 1e3
 """F(start) beyond this times ||o||^2 >= F*: from so far off, small relative steps are no sign of a limit."""
 
+EXACT = Fraction(1, 10**40)
+"""A rise of an own objective within this share of it may come from the 70 digits of the exact update."""
+
 REACHED = 1e-6
 """Of F*: what the loop's own test of 1e-10 on the steps leaves where it converges slowly."""
 
@@ -122,7 +125,7 @@ class Descent:
             if after is None:
                 continue
             old, new = own_objective(problem, trace, *before), own_objective(problem, trace, *after)
-            if new > old:
+            if new > old * (1 + EXACT) and _squarable(problem):
                 detail = f"iteration {at}: {float(old):.17g} -> {float(new):.17g}"
                 return Observation(part, Outcome.FAILED, largest, detail)
         if rises.size:
