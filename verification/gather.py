@@ -175,7 +175,7 @@ def _search(options: Options, book: Journal, progress: Progress) -> Result:
 
     def count(found: Found) -> None:
         nonlocal done
-        done += found.problems if found.key.endswith("|") else 0
+        done += 0 if found.shard.hunt else found.problems
         progress("search", done, total)
 
     with warnings.catch_warnings():

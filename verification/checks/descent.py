@@ -17,7 +17,7 @@ from verification.checks.interface import Check, Observation
 from verification.claims import ORDERS, READINGS
 from verification.evidence import Outcome
 from verification.exact_arithmetic import UnresolvedError
-from verification.exact_loop import Rise, rise_confirmed, step
+from verification.exact_loop import Enclosures, Rise, rise_confirmed, step
 from verification.exact_update import SingularStepError, Update
 from verification.oracles import Entries, Rationals, dot, objective, objects, rational_vector, square_root
 from verification.sources import Source
@@ -121,11 +121,11 @@ class Descent:
         largest, rises = _largest_rise(trace.own, trace.scale), trace.own_rises(ROUNDING)
         for at in rises:
             before = trace.path_w[at - 1], trace.path_u[at - 1]
-            after = self._stepped(problem, trace, *before)
+            after = self._stepped(problem, trace, *before) if _squarable(problem) else None
             if after is None:
                 continue
             old, new = own_objective(problem, trace, *before), own_objective(problem, trace, *after)
-            if new > old * (1 + EXACT) and _squarable(problem):
+            if new > old * (1 + EXACT):
                 detail = f"iteration {at}: {float(old):.17g} -> {float(new):.17g}"
                 return Observation(part, Outcome.FAILED, largest, detail)
         if rises.size:
@@ -136,25 +136,30 @@ class Descent:
         self, problem: Problem, trace: PaperTrace, w: Vector, u: FeatureVector
     ) -> tuple[Rationals, Rationals] | None:
         """The exact update of (w, u), to 70 digits where it is irrational; None where there is none."""
-        if not (np.isfinite(w).all() and np.isfinite(u).all()):
-            return None
         try:
-            new_w, new_u = step(problem, self._update(trace), w, u)
-        except (SingularStepError, UnresolvedError):
+            new = self._next(problem, trace, w, u)
+        except SingularStepError:
             return None
-        return objects([x.lower for x in new_w], w.shape), objects([x.lower for x in new_u], u.shape)
+        return None if new is None else (_lower_ends(new[0]), _lower_ends(new[1]))
 
     def _singular(self, problem: Problem, trace: PaperTrace) -> bool:
         """Whether the system after the last iterate is singular exactly, and not to rounding alone."""
-        if not (np.isfinite(trace.w).all() and np.isfinite(trace.u).all()):
-            return False
         try:
-            step(problem, self._update(trace), trace.w, trace.u)
+            self._next(problem, trace, trace.w, trace.u)
         except SingularStepError:
             return True
-        except UnresolvedError:
-            return False
         return False
+
+    def _next(
+        self, problem: Problem, trace: PaperTrace, w: Vector, u: FeatureVector
+    ) -> tuple[Enclosures, Enclosures] | None:
+        """The exact update of (w, u); None where they are not finite or 4096 bits do not tell."""
+        if not (np.isfinite(w).all() and np.isfinite(u).all()):
+            return None
+        try:
+            return step(problem, self._update(trace), w, u)
+        except UnresolvedError:
+            return None
 
     def _update(self, trace: PaperTrace) -> Update:
         eps = trace.reading.eps if trace.reading.name == "smoothed" else None
@@ -206,6 +211,10 @@ def own_objective(problem: Problem, trace: PaperTrace, w: Entries, u: Entries) -
     norms = sum((square_root(dot(b, b) + eps * eps).lower for b in blocks), Fraction(0))
     penalty = Fraction(problem.lambda2) * views + Fraction(problem.lambda3) * norms
     return objective(squares, w_, u_).lower + factor * penalty
+
+
+def _lower_ends(values: Enclosures) -> Rationals:
+    return objects([x.lower for x in values], (len(values),))
 
 
 def _certificate(problem: Problem) -> Certificate | None:

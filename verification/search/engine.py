@@ -47,13 +47,14 @@ class Result:
         """Join what shards found, hunts left aside."""
         result = cls()
         for each in found:
-            check, family, *_, hunt = each.key.split("|")
-            if hunt:
+            shard = each.shard
+            if shard.hunt:
                 continue
-            result.problems[check, family] = result.problems.get((check, family), 0) + each.problems
+            place = shard.check, shard.family
+            result.problems[place] = result.problems.get(place, 0) + each.problems
             result.broken += each.broken
             for part, tally in each.tallies.items():
-                result.tallies.setdefault((part, family), Tally()).add(tally)
+                result.tallies.setdefault((part, shard.family), Tally()).add(tally)
         pairs = [(check.name, family) for check in checks for family in check.families]
         unreached = [pair for pair in pairs if not result.problems.get(pair)]
         result.unreached = [f"{check} was not tried on {family}" for check, family in unreached]
@@ -114,9 +115,9 @@ def search(
     result = Result.of(counted, checks)
     hunted = _run(_hunts(result, named, profile), named, seed, jobs, journal, progress)
     for found in hunted:
-        part, family = found.key.split("|")[4], found.key.split("|")[1]
+        part = found.shard.hunt
         smallest = found.tallies.get(part, Tally()).smallest
-        result.tallies[part, family].add(Tally(smallest=smallest))
+        result.tallies[part, found.shard.family].add(Tally(smallest=smallest))
         result.broken += found.broken
     return result
 

@@ -56,6 +56,12 @@ class Shard:
         """Its name in the journal."""
         return f"{self.check}|{self.family}|{self.index}|{self.problems}|{self.hunt}"
 
+    @classmethod
+    def named(cls, key: str) -> "Shard":
+        """The shard of that name."""
+        check, family, index, problems, hunt = key.split("|")
+        return cls(check, family, int(index), int(problems), hunt)
+
 
 @dataclass(frozen=True)
 class Case:
@@ -124,6 +130,11 @@ class Found:
     problems: int = 0
     tallies: dict[str, Tally] = field(default_factory=dict)
     broken: list[str] = field(default_factory=list)
+
+    @property
+    def shard(self) -> Shard:
+        """The shard that found it."""
+        return Shard.named(self.key)
 
 
 def explore(shard: Shard, check: Check, campaign: int, *, shrink: bool = True) -> Found:
