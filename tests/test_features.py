@@ -14,6 +14,7 @@ import convexperc.features
 from convexperc.errors import FeatureError, ImageError
 from convexperc.features import FeatureConfiguration, extract, unit_length
 from convexperc.features.color import color_histogram
+from convexperc.features.extraction import normalise, raw_blocks
 from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
 from convexperc.images import as_rgb, resize, to_gray
@@ -34,9 +35,11 @@ def records(draw):
     method = draw(st.sampled_from(["uniform", "nri_uniform", "default", "ror"]))
     points = draw(st.integers(4, 24 if "uniform" in method else 10))
     codes = {"uniform": points + 2, "nri_uniform": points * (points - 1) + 3}
+    histogram = draw(st.sampled_from(["by channel", "joint"]))
     return {
         "working_size": list(size),
-        "color_bins": 2 ** draw(st.integers(1, 8)),
+        "color_histogram": histogram,
+        "color_bins": 2 ** draw(st.integers(1, 8 if histogram == "by channel" else 4)),
         "hog_orientations": draw(st.integers(1, 18)),
         "hog_pixels_per_cell": list(cell),
         "hog_cells_per_block": list(block),
@@ -46,7 +49,9 @@ def records(draw):
         "lbp_radius": draw(st.floats(1, (min(size) - 1) // 2) | st.integers(1, (min(size) - 1) // 2)),
         "lbp_method": method,
         "lbp_bins": codes.get(method, 2**points),
-        "normalisation": draw(st.sampled_from(["unit length by modality", "none"])),
+        "normalisation": draw(
+            st.sampled_from(["unit length by modality", "sum one by modality", "unit length", "none"])
+        ),
     }
 
 
@@ -167,6 +172,8 @@ WRONG = [
     ("working_size", "ab"),
     ("working_size", 128),
     ("working_size", [128.0, 128]),
+    ("color_histogram", "separate"),
+    ("color_histogram", None),
     ("color_bins", 1),
     ("color_bins", 257),
     ("color_bins", 24),
@@ -225,6 +232,7 @@ def test_values_that_do_not_fit_together_are_refused_at_construction():
         ({"lbp_radius": 63.5}, "fit into working_size"),
         ({"color_bins": 3}, "divide 256"),
         ({"color_bins": 512}, "from 2 to 256"),
+        ({"color_bins": 64, "color_histogram": "joint"}, "at most 32"),
     ]:
         with pytest.raises(FeatureError) as caught:
             FeatureConfiguration(**wrong)
@@ -250,6 +258,20 @@ def test_a_color_histogram_counts_every_pixel_wherever_it_lies(view, bins, seed)
     for moved in [shuffled, view[::-1], view[:, ::-1], np.rot90(view), view.swapaxes(0, 1)]:
         other = color_histogram(moved, configuration)
         assert np.array_equal(other, found), (other, found)
+
+
+@given(view=views(), bins=st.integers(1, 5).map(lambda power: 2**power))
+@settings(deadline=None, max_examples=50)
+def test_a_joint_color_histogram_counts_the_colors_and_has_the_others_as_its_sums(view, bins):
+    joint = color_histogram(view, FeatureConfiguration(color_histogram="joint", color_bins=bins))
+    naive = np.zeros((bins, bins, bins))
+    for red, green, blue in view.reshape(-1, 3).astype(int) * bins // 256:
+        naive[red, green, blue] += 1
+    cube = joint.reshape(bins, bins, bins)
+    assert np.array_equal(cube, naive), np.abs(cube - naive).max()
+    sums = [cube.sum(axis=tuple({0, 1, 2} - {channel})) for channel in range(3)]
+    by_channel = color_histogram(view, FeatureConfiguration(color_bins=bins))
+    assert np.array_equal(np.concatenate(sums), by_channel), (sums, by_channel)
 
 
 @given(view=views(), order=st.permutations(range(3)))
@@ -383,13 +405,20 @@ def test_every_configuration_gives_the_promised_columns(view, record):
     for modality, block in split(matrix[0], configuration).items():
         if configuration.normalisation == "none":
             margin = configuration.lbp_margin
-            counts = {"color": 3 * height * width, "lbp": (height - 2 * margin) * (width - 2 * margin)}
+            histograms = 3 if configuration.color_histogram == "by channel" else 1
+            counts = {
+                "color": histograms * height * width,
+                "lbp": (height - 2 * margin) * (width - 2 * margin),
+            }
             assert block.sum() == counts.get(modality, block.sum()), (modality, block.sum(), counts)
-        else:
-            length = np.linalg.norm(block)
+        elif configuration.normalisation != "unit length":
+            sums = configuration.normalisation == "sum one by modality"
+            length = block.sum() if sums else np.linalg.norm(block)
             # A norm of k entries is off by at most about k / 2 roundings.
             legal = abs(length - 1) <= (block.size + 4) * EPSILON or (modality == "hog" and length == 0)
             assert legal, (modality, length)
+    if configuration.normalisation == "unit length":
+        assert abs(np.linalg.norm(matrix[0]) - 1) <= (matrix.shape[1] + 4) * EPSILON, matrix[0]
 
 
 @given(batch=st.lists(views(), min_size=1, max_size=4), data=st.data())
@@ -449,6 +478,12 @@ def test_the_blocks_are_the_modalities_of_the_resized_picture():
     for modality, block in split(raw[0], configuration).items():
         assert np.array_equal(block, expected[modality]), (modality, block, expected[modality])
         assert np.array_equal(unit[modality], unit_length(block)), (modality, unit[modality])
+        assert np.array_equal(raw_blocks(view, configuration)[modality], block), modality
+        summed = split(normalise(expected, "sum one by modality"), configuration)[modality]
+        assert np.array_equal(summed, block / block.sum()), (modality, summed)
+    assert np.array_equal(normalise(expected, "unit length"), unit_length(raw[0])), raw
+    dark = {"color": np.ones(3), "hog": np.zeros(4)}
+    assert normalise(dark, "sum one by modality").tolist() == [1 / 3, 1 / 3, 1 / 3, 0, 0, 0, 0]
     assert not raw.flags.writeable, raw.flags
 
 

@@ -1,29 +1,30 @@
-"""Colour: one histogram each of R, G and B."""
+"""Colour: one histogram each of R, G and B, or one of the three together."""
 
 import cv2
 import numpy as np
 from jaxtyping import Float
 
-from convexperc.features.configuration import FeatureConfiguration
+from convexperc.features.configuration import JOINT, FeatureConfiguration
 from convexperc.images import Picture
 
 
 def color_histogram(image: Picture, configuration: FeatureConfiguration) -> Float[np.ndarray, " color"]:
-    """Count the pixels of each intensity, first of R, then of G, then of B.
+    """Count the pixels of each intensity.
 
-    With B bins, ``h[c B + b] = #{pixels with floor(v_c B / 256) = b}``; each of the three histograms
-    sums to the number of pixels, wherever those pixels lie.
+    With B bins, a pixel has ``b_c = floor(v_c B / 256)``. By channel ``h[c B + b] = #{pixels with b_c = b}``,
+    first R, then G, then B; jointly ``h[(b_R B + b_G) B + b_B]`` counts the pixels of that colour. Each
+    histogram sums to the number of pixels, wherever those pixels lie.
 
     Parameters
     ----------
     image : ndarray of uint8, (h, w, 3)
         Intensities 0..255 of R, G, B.
     configuration : FeatureConfiguration
-        Its ``color_bins`` is B.
+        Its ``color_histogram``; its ``color_bins`` is B.
 
     Returns
     -------
-    ndarray of float64, (3 B,)
+    ndarray of float64, (3 B,) or (B^3,)
         Counts of pixels.
 
     Notes
@@ -34,5 +35,8 @@ def color_histogram(image: Picture, configuration: FeatureConfiguration) -> Floa
     Paper: Section IV
     """
     bins = configuration.color_bins
+    if configuration.color_histogram == JOINT:
+        joint = cv2.calcHist([image], [0, 1, 2], None, 3 * [bins], 3 * [0, 256])
+        return joint.ravel().astype(np.float64)
     counts = [cv2.calcHist([image], [channel], None, [bins], [0, 256]).ravel() for channel in range(3)]
     return np.concatenate(counts).astype(np.float64)

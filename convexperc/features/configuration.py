@@ -9,13 +9,19 @@ from typing import Any
 from convexperc.errors import FeatureError
 
 UNIT_LENGTH = "unit length by modality"
-NORMALISATIONS = (UNIT_LENGTH, "none")
+UNIT_SUM = "sum one by modality"
+UNIT_VIEW = "unit length"
+NORMALISATIONS = (UNIT_LENGTH, UNIT_SUM, UNIT_VIEW, "none")
+BY_CHANNEL, JOINT = "by channel", "joint"
+MOST_JOINT = 32
+"""Bins a channel of a joint histogram; its columns are their cube."""
 HOG_BLOCK_NORMS = ("L1", "L1-sqrt", "L2", "L2-Hys")
 LBP_METHODS = ("default", "ror", "uniform", "nri_uniform")
 
 _WHOLE = (("color_bins", 2, 256), ("hog_orientations", 1, 180), ("lbp_points", 4, 24), ("lbp_bins", 1, 2**16))
 _PAIRS = (("working_size", 8, 4096), ("hog_pixels_per_cell", 1, 4096), ("hog_cells_per_block", 1, 4096))
 _CHOICES = (
+    ("color_histogram", (BY_CHANNEL, JOINT)),
     ("hog_block_norm", HOG_BLOCK_NORMS),
     ("lbp_method", LBP_METHODS),
     ("normalisation", NORMALISATIONS),
@@ -31,9 +37,12 @@ class FeatureConfiguration:
     working_size : tuple of int
         (height, width) in pixels that each picture is brought to; sides 8..4096. The ratio of the
         sides is not kept.
+    color_histogram : {"by channel", "joint"}
+        One histogram each of R, G and B, or one of all three together.
     color_bins : int
-        Bins of equal width for each of R, G, B: a divisor of 256 that is at least 2. Few on purpose: the
-        shades of one object must share bins across views, or the histograms of flat colours hardly overlap.
+        B, bins of equal width for each of R, G, B: a divisor of 256 that is at least 2, and at most 32 where
+        a joint histogram has B^3 columns. Few on purpose: the shades of one object must share bins across
+        views, or the histograms of flat colours hardly overlap.
     hog_orientations : int
         Bins of the gradient's direction over 180 degrees, 1..180.
     hog_pixels_per_cell, hog_cells_per_block : tuple of int
@@ -50,8 +59,9 @@ class FeatureConfiguration:
         How a pattern becomes a code.
     lbp_bins : int
         The number of codes: P + 2 for "uniform", P (P - 1) + 3 for "nri_uniform", else 2^P.
-    normalisation : {"unit length by modality", "none"}
-        Divide each modality of a view by its Euclidean length, or leave counts and HOG values alone.
+    normalisation : {"unit length by modality", "sum one by modality", "unit length", "none"}
+        Divide each modality of a view by its Euclidean length, or by the sum of its entries; divide the whole
+        view by its Euclidean length; or leave counts and HOG values alone.
 
     Raises
     ------
@@ -64,6 +74,7 @@ class FeatureConfiguration:
     """
 
     working_size: tuple[int, int] = (128, 128)
+    color_histogram: str = BY_CHANNEL
     color_bins: int = 8
     hog_orientations: int = 9
     hog_pixels_per_cell: tuple[int, int] = (16, 16)
@@ -85,6 +96,9 @@ class FeatureConfiguration:
     def _check_together(self) -> None:
         if 256 % self.color_bins:
             raise FeatureError("color_bins", value=self.color_bins, must="must divide 256")
+        if self.color_histogram == JOINT and self.color_bins > MOST_JOINT:
+            must = f"must be at most {MOST_JOINT} for a joint histogram"
+            raise FeatureError("color_bins", value=self.color_bins, must=must)
         if min(self._hog_blocks) < 1:
             must = f"must let a block of cells fit into working_size {self.working_size}"
             raise FeatureError("hog_pixels_per_cell x hog_cells_per_block", value=self._hog_blocks, must=must)
@@ -115,8 +129,9 @@ class FeatureConfiguration:
     @property
     def modality_sizes(self) -> dict[str, int]:
         """Columns of each modality, in their order: "color", "hog", "lbp"."""
+        color = self.color_bins**3 if self.color_histogram == JOINT else 3 * self.color_bins
         hog = math.prod(self._hog_blocks) * math.prod(self.hog_cells_per_block) * self.hog_orientations
-        return {"color": 3 * self.color_bins, "hog": hog, "lbp": self.lbp_bins}
+        return {"color": color, "hog": hog, "lbp": self.lbp_bins}
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON values by name; `from_dict` gives back an equal configuration."""

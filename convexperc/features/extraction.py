@@ -1,13 +1,13 @@
 """From pictures to the matrix of feature vectors, one row a view, one block of columns a modality."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from jaxtyping import Float
 
 from convexperc.errors import FeatureError
 from convexperc.features.color import color_histogram
-from convexperc.features.configuration import UNIT_LENGTH, FeatureConfiguration
+from convexperc.features.configuration import UNIT_LENGTH, UNIT_SUM, UNIT_VIEW, FeatureConfiguration
 from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
 from convexperc.images import as_rgb, resize, to_gray
@@ -31,7 +31,7 @@ def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Fl
     -------
     ndarray of float64, (n, d), read-only
         With "unit length by modality", each block of a row has the Euclidean length 1, or is zero
-        (the HOG of a uniform picture is).
+        (the HOG of a uniform picture is); see `normalise`.
 
     Raises
     ------
@@ -78,14 +78,61 @@ def unit_length(vector: Float[np.ndarray, " d"]) -> Float[np.ndarray, " d"]:
     return unit
 
 
-def _describe(image: object, name: str, configuration: FeatureConfiguration) -> Float[np.ndarray, " d"]:
+def raw_blocks(
+    image: object, configuration: FeatureConfiguration, name: str = "image"
+) -> dict[str, Float[np.ndarray, " _"]]:
+    """Describe one picture by its modalities before any normalisation.
+
+    Parameters
+    ----------
+    image : ndarray of uint8 or uint16
+        A picture of any size, gray, RGB or RGB and alpha (see `as_rgb`).
+    configuration : FeatureConfiguration
+        All of it but the normalisation.
+    name : str
+        What an error calls the picture.
+
+    Returns
+    -------
+    dict of str to ndarray of float64
+        Counts of pixels and HOG values, named and sized as ``configuration.modality_sizes``.
+
+    Raises
+    ------
+    ImageError
+        The picture cannot be used.
+    """
     picture = resize(as_rgb(image, name), configuration.working_size)
     gray = to_gray(picture)
-    blocks = {
+    return {
         "color": color_histogram(picture, configuration),
         "hog": hog_descriptor(gray, configuration),
         "lbp": lbp_histogram(gray, configuration),
     }
-    if configuration.normalisation == UNIT_LENGTH:
-        blocks = {modality: unit_length(block) for modality, block in blocks.items()}
-    return np.concatenate(list(blocks.values()))
+
+
+def normalise(blocks: Mapping[str, Float[np.ndarray, " _"]], normalisation: str) -> Float[np.ndarray, " d"]:
+    """Put the modalities of one view into a row, normalised.
+
+    Parameters
+    ----------
+    blocks : mapping of str to ndarray of float64
+        Entries >= 0, as `raw_blocks` gives them.
+    normalisation : str
+        See `FeatureConfiguration`. A modality or view that is zero stays zero.
+
+    Returns
+    -------
+    ndarray of float64, (d,)
+    """
+    found = list(blocks.values())
+    if normalisation == UNIT_LENGTH:
+        found = [unit_length(block) for block in found]
+    if normalisation == UNIT_SUM:
+        found = [block / (block.sum() or 1.0) for block in found]
+    row = np.concatenate(found)
+    return unit_length(row) if normalisation == UNIT_VIEW else row
+
+
+def _describe(image: object, name: str, configuration: FeatureConfiguration) -> Float[np.ndarray, " d"]:
+    return normalise(raw_blocks(image, configuration, name), configuration.normalisation)

@@ -10,7 +10,7 @@ from convexperc import images
 from convexperc.features import color, extraction
 from convexperc.features import hog as shape
 from convexperc.features import lbp as texture
-from convexperc.features.configuration import FeatureConfiguration
+from convexperc.features.configuration import BY_CHANNEL, JOINT, FeatureConfiguration
 from convexperc.problem import Problem
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import LARGEST_MEASURE
@@ -63,9 +63,11 @@ def _picture(source: Source) -> Pixels:
 
 def _configuration(source: Source, height: int, width: int) -> FeatureConfiguration:
     points, method = source.choice((8, 4)), source.choice(("uniform", "default"))
+    histogram = source.choice((BY_CHANNEL, JOINT))
     return FeatureConfiguration(
         working_size=(height, width),
-        color_bins=source.choice((8, 2, 32, 256)),
+        color_histogram=histogram,
+        color_bins=source.choice((8, 2, 32, 256) if histogram == BY_CHANNEL else (8, 2, 4, 16)),
         hog_pixels_per_cell=(CELL, CELL),
         hog_cells_per_block=source.choice(((2, 2), (1, 1), (1, 2))),
         hog_block_norm=source.choice(("L2-Hys", "L2", "L1", "L1-sqrt")),
@@ -84,10 +86,13 @@ def _gray(picture: Pixels) -> Pixels:
 
 def _histogram(picture: Pixels, settings: FeatureConfiguration) -> Numbers:
     """Count pixel by pixel."""
-    counts = np.zeros((3, settings.color_bins))
+    bins = settings.color_bins
+    joint = settings.color_histogram == JOINT
+    counts = np.zeros((bins, bins, bins) if joint else (3, bins))
     for pixel in picture.reshape(-1, 3).tolist():
-        for channel, value in enumerate(pixel):
-            counts[channel, value * settings.color_bins // 256] += 1.0
+        found = tuple(value * bins // 256 for value in pixel)
+        for place in (found,) if joint else enumerate(found):
+            counts[place] += 1.0
     return counts.ravel()
 
 
