@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from convexperc.optimality import optimality_residual
     from convexperc.perception import References, perceive
     from convexperc.problem import Problem
-    from convexperc.recognition import Recognition, Verdict, recognize
+    from convexperc.recognition import Recognition, Verdict
+    from convexperc.recognizing import recognize, recognize_path
     from convexperc.solution import Solution, Status
     from convexperc.solvers.conic import Conic
     from convexperc.solvers.newton import Newton
@@ -52,7 +53,8 @@ _HOMES = {
     "extract": "features",
     "optimality_residual": "optimality",
     "perceive": "perception",
-    "recognize": "recognition",
+    "recognize": "recognizing",
+    "recognize_path": "recognizing",
     "solve": "solving",
     "solve_many": "many",
     "solve_path": "many",
@@ -84,6 +86,7 @@ __all__ = [
     "optimality_residual",
     "perceive",
     "recognize",
+    "recognize_path",
     "solve",
     "solve_many",
     "solve_path",

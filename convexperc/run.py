@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from convexperc.answers import Answers, Stages, within
 from convexperc.arrays import nonnegative_number
-from convexperc.decision import Decision, costs
+from convexperc.decision import Decision, Intervals, costs
 from convexperc.errors import PointError, ProblemError
 from convexperc.lasso_bounds import judge_merged
 from convexperc.projection import Projection
@@ -218,7 +218,7 @@ class Run:
         """Proved bounds of every F*, on the original data."""
         return self._values.lower, self._values.upper
 
-    def costs(self, decision: Decision) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
+    def costs(self, decision: Decision) -> Intervals:
         """Proved bounds of what decides; see `convexperc.decision`."""
         return costs(decision, self.intervals(), self.projection.squares)
 

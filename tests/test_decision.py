@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from convexperc import Verdict, recognize
+from convexperc import Verdict, recognize, recognize_path
 from convexperc.decision import Decision, costs
 from convexperc.errors import ProblemError
 
@@ -103,3 +103,26 @@ def test_another_decision_is_refused():
         ProblemError, match="decision must be one of 'objective', 'explained share'; got 'best'"
     ):
         recognize(X, O, decision="best", **LAMBDAS)
+
+
+@pytest.mark.parametrize("decision", list(Decision))
+def test_a_path_recognises_as_each_choice_of_the_lambdas_alone_does(decision):
+    X, O = frame(40, 4)
+    O[:, 7] = O[:, 8]
+    grid = [(0.1, 0.0, 0.0), (0.1, 0.1, 0.0), (0.0, 0.1, 0.1), (0.1, 0.1, 0.1), (0.1, 1e3, 0.1)]
+    names = tuple(f"thing {j}" for j in range(40))
+    path = recognize_path(X, O, grid, modalities=[7, 5], names=names, decision=decision)
+    verdicts = set()
+    for (lambda1, lambda2, lambda3), found in zip(grid, path, strict=True):
+        lambdas = {"lambda1": lambda1, "lambda2": lambda2, "lambda3": lambda3}
+        alone = recognize(X, O, modalities=[7, 5], names=names, decision=decision, **lambdas)
+        assert (found.label, found.candidates, found.verdict) == (
+            alone.label,
+            alone.candidates,
+            alone.verdict,
+        )
+        for one, two in zip(found.costs, alone.costs, strict=True):
+            assert np.array_equal(one, two), lambdas
+        assert np.array_equal(found.answers.w, alone.answers.w), lambdas
+        verdicts.add(found.verdict)
+    assert verdicts >= {Verdict.PROVED, Verdict.TIE}

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc import recognition
+from convexperc import recognizing
 from convexperc.problem import Problem
 from convexperc.recognition import Recognition, Verdict
 from verification import referee
@@ -36,7 +36,7 @@ def observe(problem: Problem, source: Source) -> Iterator[Observation]:
     library = _drawn(problem, source)
     posed = library.problem
     lambda1, lambda2, lambda3 = posed.lambdas
-    found = recognition.recognize(
+    found = recognizing.recognize(
         posed.X, np.stack(library.templates).T, modalities=posed.modalities,
         lambda1=lambda1, lambda2=lambda2, lambda3=lambda3,
     )  # fmt: skip

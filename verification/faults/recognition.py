@@ -4,14 +4,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from convexperc import recognition
+from convexperc import recognizing
 from convexperc.recognition import Recognition, Verdict
 from verification.faults.fault import Fault, Plant, wrapped
 
 
 def decided(change: Callable[[Recognition], Recognition]) -> Plant:
     """Change the verdict of a recognition."""
-    return wrapped(recognition, "decide", lambda found, *a: change(found))
+    return wrapped(recognizing, "decide", lambda found, *a: change(found))
 
 
 def called(kind: Verdict) -> Callable[[Any], Any]:
