@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from convexperc.perception import References, perceive
     from convexperc.problem import Problem
     from convexperc.recognition import Recognition, Verdict
-    from convexperc.recognizing import recognize, recognize_path
+    from convexperc.recognizing import decided_by, recognize, recognize_path
     from convexperc.solution import Solution, Status
     from convexperc.solvers.conic import Conic
     from convexperc.solvers.newton import Newton
@@ -49,6 +49,7 @@ _HOMES = {
     "certify": "certificate",
     "critical_lambda2": "critical",
     "critical_lambda3": "critical",
+    "decided_by": "recognizing",
     "enclose": "enclosure",
     "extract": "features",
     "optimality_residual": "optimality",
@@ -81,6 +82,7 @@ __all__ = [
     "certify",
     "critical_lambda2",
     "critical_lambda3",
+    "decided_by",
     "enclose",
     "extract",
     "optimality_residual",

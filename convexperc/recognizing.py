@@ -121,11 +121,12 @@ def recognize_path(
     modalities: Any = None,
     names: Sequence[str] | None = None,
     views: Sequence[str] | None = None,
+    prune: bool = True,
     decision: Decision | str = Decision.OBJECTIVE,
 ) -> Iterator[Recognition]:
     """`recognize` for each (lambda1, lambda2, lambda3) of a grid; the data are read once.
 
-    Each recognition is that of `recognize` with ``prune=True``, to the bit: none starts from the one before.
+    Each recognition is that of `recognize`, to the bit: none starts from the one before.
 
     Yields
     ------
@@ -144,7 +145,10 @@ def recognize_path(
     objects = _names(names, projection.p, "object", "names", "columns")
     for triple in grid:
         run = Run.of(projection, read_lambdas(*triple), RELATIVE, ABSOLUTE)
-        race(run, rule)
+        if prune:
+            race(run, rule)
+        else:
+            run.finish()
         yield _decided(run, objects, robots, rule, escalate=True)
 
 
@@ -153,9 +157,24 @@ def _decided(
 ) -> Recognition:
     """The verdict on what is known; where intervals overlap, ball arithmetic narrows them."""
     found = decide(run.answers(), names, views, rule)
-    if escalate and found.verdict is Verdict.UNDECIDED:
-        return decide(_narrowed(found), names, views, rule)
-    return found
+    return _narrowed(found) if escalate else found
+
+
+def decided_by(found: Recognition, decision: Decision | str) -> Recognition:
+    """Draw the verdict from the same answers by another decision.
+
+    Parameters
+    ----------
+    found : Recognition
+        Best of ``prune=False``: a template given up under one decision may be a rival under the other,
+        and ball arithmetic then narrows its interval, which is slow.
+    decision : {"objective", "explained share"} or Decision
+
+    Returns
+    -------
+    Recognition
+    """
+    return _narrowed(decide(found.answers, found.names, found.views, Decision.of(decision)))
 
 
 def _columns(X: Any, references: Mapping[str, Any]) -> Float[np.ndarray, "d p"]:
@@ -179,8 +198,10 @@ def _names(given: Sequence[str] | None, count: int, kind: str, field: str, what:
     return names
 
 
-def _narrowed(found: Recognition) -> Answers:
-    """Rivals with the narrowest interval that ball arithmetic gives; other templates as they are."""
+def _narrowed(found: Recognition) -> Recognition:
+    """Where intervals overlap, give the rivals the narrowest that ball arithmetic gives, and decide again."""
+    if found.verdict is not Verdict.UNDECIDED:
+        return found
     lower, upper = found.answers.lower.copy(), found.answers.upper.copy()
     known: dict[bytes, tuple[float, float]] = {}
     for j in (~found.excluded).nonzero()[0].tolist():
@@ -191,7 +212,8 @@ def _narrowed(found: Recognition) -> Answers:
             tight = enclose(problem, relative_tolerance=NARROW, absolute_tolerance=NARROW, start=start)
             known[data] = tight.lower, tight.upper
         lower[j], upper[j] = max(known[data][0], lower[j]), min(known[data][1], upper[j])
-    return replace(found.answers, lower=lower, upper=upper)
+    answers = replace(found.answers, lower=lower, upper=upper)
+    return decide(answers, found.names, found.views, found.decision)
 
 
 def decide(

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from convexperc import Verdict, recognize, recognize_path
+from convexperc import Verdict, decided_by, recognize, recognize_path
 from convexperc.decision import Decision, costs
 from convexperc.errors import ProblemError
 
@@ -46,6 +46,17 @@ def test_the_share_decides_as_the_quotient_of_the_optimum_and_the_square_does(p,
     assert (high[solved] >= shares[solved] * (1 - 1e-8)).all(), (high, shares)
     assert (low <= high).all()
     assert found.template().cost == (low[shares.argmin()], high[shares.argmin()])
+
+
+@given(p=st.integers(2, 40), seed=st.integers(0, 10**6), prune=st.booleans())
+@settings(deadline=None, max_examples=20)
+def test_another_decision_on_the_same_answers_is_that_of_a_new_recognition(p, seed, prune):
+    X, O = frame(p, seed)
+    first = recognize(X, O, prune=prune, **LAMBDAS)
+    for decision in Decision:
+        again = decided_by(first, decision)
+        fresh = recognize(X, O, decision=decision, **LAMBDAS)
+        assert (again.label, again.verdict, again.decision) == (fresh.label, fresh.verdict, decision)
 
 
 @given(seed=st.integers(0, 10**6))
