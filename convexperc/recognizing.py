@@ -123,6 +123,8 @@ def recognize_path(
     views: Sequence[str] | None = None,
     prune: bool = True,
     decision: Decision | str = Decision.OBJECTIVE,
+    relative_tolerance: float = RELATIVE,
+    absolute_tolerance: float = ABSOLUTE,
 ) -> Iterator[Recognition]:
     """`recognize` for each (lambda1, lambda2, lambda3) of a grid; the data are read once.
 
@@ -144,7 +146,7 @@ def recognize_path(
     robots = _names(views, projection.C.shape[1], "robot", "views", "rows of X")
     objects = _names(names, projection.p, "object", "names", "columns")
     for triple in grid:
-        run = Run.of(projection, read_lambdas(*triple), RELATIVE, ABSOLUTE)
+        run = Run.of(projection, read_lambdas(*triple), relative_tolerance, absolute_tolerance)
         if prune:
             race(run, rule)
         else:
