@@ -4,10 +4,13 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 from enum import IntEnum
 
-from convexperc.simulation.cars import ESTATE, SALOON, car
+from convexperc.simulation.materials import MATERIALS, TEXTURED
+from convexperc.simulation.objects import OBJECTS
+from convexperc.simulation.obstacles import OBSTACLES
 from convexperc.simulation.parts import Part
-from convexperc.simulation.props import PAVED, husky, obstacle, park, sign
-from convexperc.simulation.scenes import ObjectKind, Scene
+from convexperc.simulation.robots import ROBOTS
+from convexperc.simulation.scenes import Scene
+from convexperc.simulation.surroundings import SURROUNDINGS
 
 
 class Group(IntEnum):
@@ -17,44 +20,6 @@ class Group(IntEnum):
     PARK = 1
     OBSTACLES = 2
     ROBOTS = 3
-
-
-MATERIALS: dict[str, tuple[str, float, float]] = {
-    "red": ("0.62 0.03 0.04", 0.5, 0.8),
-    "gray": ("0.45 0.47 0.49", 0.6, 0.8),
-    "glass": ("0.05 0.07 0.09", 0.9, 0.9),
-    "rubber": ("0.06 0.06 0.065", 0.1, 0.2),
-    "seam": ("0.10 0.10 0.11", 0.2, 0.3),
-    "chrome": ("0.75 0.76 0.78", 0.9, 0.9),
-    "rim": ("0.68 0.69 0.71", 0.8, 0.7),
-    "lamp": ("0.95 0.95 0.86", 0.9, 0.9),
-    "tail-lamp": ("0.55 0.02 0.02", 0.7, 0.7),
-    "plate": ("0.92 0.92 0.88", 0.1, 0.1),
-    "steel": ("0.55 0.57 0.59", 0.4, 0.4),
-    "navy": ("0.03 0.08 0.30", 0.2, 0.3),
-    "board": ("0.94 0.94 0.92", 0.1, 0.2),
-    "husky": ("0.93 0.70 0.05", 0.4, 0.5),
-    "wood": ("0.62 0.44 0.24", 0.05, 0.1),
-    "beam": ("0.74 0.56 0.34", 0.05, 0.1),
-    "drum": ("0.05 0.22 0.52", 0.5, 0.5),
-    "drum-rib": ("0.04 0.16 0.40", 0.5, 0.5),
-    "drum-band": ("0.88 0.88 0.85", 0.4, 0.4),
-    "concrete": ("0.70 0.69 0.66", 0.05, 0.1),
-    "brick": ("0.60 0.29 0.21", 0.05, 0.1),
-    "mortar": ("0.74 0.70 0.65", 0.05, 0.1),
-    "plaster": ("0.80 0.77 0.70", 0.05, 0.1),
-    "bark": ("0.30 0.21 0.13", 0.0, 0.1),
-    "leaf": ("0.30 0.45 0.18", 0.0, 0.1),
-    "leaf-dark": ("0.23 0.37 0.15", 0.0, 0.1),
-    "hill": ("0.42 0.54 0.40", 0.0, 0.1),
-}
-"""Colour (red, green, blue in 0..1), specular share and shininess of each plain paint."""
-
-TEXTURED: dict[str, tuple[str, str, str, str]] = {
-    "paving": ("0.60 0.59 0.57", "0.57 0.56 0.54", "0.44 0.44 0.43", "0.5 0.5"),
-    "grass": ("0.36 0.47 0.24", "0.34 0.45 0.22", "0.35 0.46 0.23", "0.1 0.1"),
-}
-"""Two colours of the squares, colour of the joints, repeats a metre (of two squares a side)."""
 
 
 def mjcf(scene: Scene) -> str:
@@ -78,27 +43,21 @@ def mjcf(scene: Scene) -> str:
     _paints(assets)
     world = ET.SubElement(root, "worldbody")
     _ground(world)
-    _body(world, assets, "park", park(), Group.PARK)
-    _body(world, assets, "object", _object(scene.name), Group.OBJECT)
+    _body(world, assets, "park", SURROUNDINGS["park"].parts, Group.PARK)
+    _body(world, assets, "object", OBJECTS[scene.name].parts, Group.OBJECT)
     for k, thing in enumerate(scene.obstacles, start=1):
-        parts = obstacle(thing.kind, thing.width, thing.height)
+        parts = OBSTACLES[thing.kind](thing.width, thing.height)
         place, turn = thing.position(), thing.azimuth + thing.turn
         _body(world, assets, f"obstacle-{k}", parts, Group.OBSTACLES, place, turn)
     for k, robot in enumerate(scene.robots, start=1):
         place, turn = robot.position() * (1.0, 1.0, 0.0), robot.azimuth + robot.pan
-        _body(world, assets, f"robot-{k}", husky(robot.height), Group.ROBOTS, place, turn)
+        _body(world, assets, f"robot-{k}", ROBOTS["husky"](robot.height), Group.ROBOTS, place, turn)
     for name, camera in scene.cameras().items():
         axes = camera.axes(scene.target_height).ravel()
         attributes = {"pos": _numbers(camera.position()), "xyaxes": _numbers(axes)}
         ET.SubElement(world, "camera", attributes, name=name, fovy=f"{camera.field_of_view:g}")
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
-
-
-def _object(name: ObjectKind) -> Iterable[Part]:
-    if name == "ica-sign":
-        return sign()
-    return car(SALOON, "red") if name == "red-car" else car(ESTATE, "gray")
 
 
 def _look(root: ET.Element) -> None:
@@ -114,23 +73,30 @@ def _look(root: ET.Element) -> None:
 def _paints(assets: ET.Element) -> None:
     sky = {"rgb1": "0.32 0.55 0.85", "rgb2": "0.88 0.92 0.95", "width": "256", "height": "1536"}
     ET.SubElement(assets, "texture", sky, name="sky", type="skybox", builtin="gradient")
-    for name, (first, second, joint, repeat) in TEXTURED.items():
-        colours = {"rgb1": first, "rgb2": second, "markrgb": joint, "width": "256", "height": "256"}
+    for name, pattern in TEXTURED.items():
+        colours = {"rgb1": _numbers(pattern.first), "rgb2": _numbers(pattern.second)}
+        colours |= {"markrgb": _numbers(pattern.joint), "width": "256", "height": "256"}
         ET.SubElement(assets, "texture", colours, name=name, type="2d", builtin="checker", mark="edge")
-        finish = {"texrepeat": repeat, "texuniform": "true", "specular": "0.05", "shininess": "0.1"}
+        finish = {
+            "texrepeat": _numbers(pattern.repeat),
+            "texuniform": "true",
+            "specular": "0.05",
+            "shininess": "0.1",
+        }
         ET.SubElement(assets, "material", finish, name=name, texture=name)
-    for name, (colour, specular, shininess) in MATERIALS.items():
-        finish = {"specular": f"{specular:g}", "shininess": f"{shininess:g}"}
-        ET.SubElement(assets, "material", finish, name=name, rgba=f"{colour} 1")
+    for name, paint in MATERIALS.items():
+        finish = {"specular": f"{paint.specular:g}", "shininess": f"{paint.shininess:g}"}
+        ET.SubElement(assets, "material", finish, name=name, rgba=_numbers((*paint.colour, 1.0)))
 
 
 def _ground(world: ET.Element) -> None:
-    """Add the sun, a meadow without end and the paved square."""
+    """Add the sun and the ground without end."""
     sun = {"pos": "7 3 14", "dir": "-0.42 -0.2 -0.8", "diffuse": "0.68 0.66 0.61", "specular": "0.5 0.5 0.5"}
     ET.SubElement(world, "light", sun, name="sun", directional="true", castshadow="true")
     flat = {"type": "plane", "group": f"{Group.PARK:d}", "contype": "0", "conaffinity": "0"}
-    ET.SubElement(world, "geom", flat, name="meadow", size="0 0 1", pos="0 0 -0.03", material="grass")
-    ET.SubElement(world, "geom", flat, name="square", size=f"{PAVED / 2} {PAVED / 2} 1", material="paving")
+    place = SURROUNDINGS["park"]
+    height = _numbers((0.0, 0.0, place.ground_height))
+    ET.SubElement(world, "geom", flat, name="ground", size="0 0 1", pos=height, material=place.ground)
 
 
 def _body(

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from convexperc.errors import InputError
-from convexperc.simulation.props import ObstacleKind
+from convexperc.simulation.obstacles import ObstacleKind
 
 ObjectKind = Literal["red-car", "gray-car", "ica-sign"]
 

@@ -1,0 +1,121 @@
+"""The paints of every part in a scene.
+
+A paint is a share of reflected light for each of red, green and blue, so that it looks right in a dim and in
+a coloured light as well: nothing glows, and no share is 0 or 1.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from convexperc.errors import InputError
+
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """A plain paint.
+
+    Parameters
+    ----------
+    colour : tuple of float
+        Share of red, green and blue light that it reflects in all directions, in (0, 1).
+    specular : float
+        Strength of its highlight, in [0, 1].
+    shininess : float
+        Sharpness of its highlight, in [0, 1].
+
+    Raises
+    ------
+    InputError
+        A value lies outside its range.
+    """
+
+    colour: Colour
+    specular: float = 0.05
+    shininess: float = 0.1
+
+    def __post_init__(self) -> None:
+        _check_colour("colour", self.colour)
+        for name, value in (("specular", self.specular), ("shininess", self.shininess)):
+            if not 0.0 <= value <= 1.0:
+                raise InputError(name, value=value, must="must lie in [0, 1]")
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """A matt surface of rectangles in two colours, like a chessboard with joints.
+
+    Parameters
+    ----------
+    first, second : tuple of float
+        Colours of the rectangles: shares of reflected light, in (0, 1).
+    joint : tuple of float
+        Colour of the lines between them.
+    repeat : tuple of float
+        How often a square of two by two rectangles is repeated in a metre, along x and along y.
+
+    Raises
+    ------
+    InputError
+        A value lies outside its range.
+    """
+
+    first: Colour
+    second: Colour
+    joint: Colour
+    repeat: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        for name in ("first", "second", "joint"):
+            _check_colour(name, getattr(self, name))
+        if not min(self.repeat) > 0.0:
+            raise InputError("repeat", value=self.repeat, must="must hold two positive numbers")
+
+
+def _check_colour(name: str, colour: Colour) -> None:
+    if not all(0.0 < share < 1.0 for share in colour):
+        raise InputError(name, value=colour, must="must hold three numbers in (0, 1)")
+
+
+MATERIALS: Mapping[str, Material] = MappingProxyType(
+    {
+        "red": Material((0.62, 0.03, 0.04), 0.5, 0.8),
+        "gray": Material((0.45, 0.47, 0.49), 0.6, 0.8),
+        "glass": Material((0.05, 0.07, 0.09), 0.9, 0.9),
+        "rubber": Material((0.06, 0.06, 0.065), 0.1, 0.2),
+        "seam": Material((0.1, 0.1, 0.11), 0.2, 0.3),
+        "chrome": Material((0.75, 0.76, 0.78), 0.9, 0.9),
+        "rim": Material((0.68, 0.69, 0.71), 0.8, 0.7),
+        "lamp": Material((0.95, 0.95, 0.86), 0.9, 0.9),
+        "tail-lamp": Material((0.55, 0.02, 0.02), 0.7, 0.7),
+        "plate": Material((0.92, 0.92, 0.88), 0.1, 0.1),
+        "steel": Material((0.55, 0.57, 0.59), 0.4, 0.4),
+        "navy": Material((0.03, 0.08, 0.3), 0.2, 0.3),
+        "board": Material((0.94, 0.94, 0.92), 0.1, 0.2),
+        "husky": Material((0.93, 0.7, 0.05), 0.4, 0.5),
+        "wood": Material((0.62, 0.44, 0.24), 0.05, 0.1),
+        "beam": Material((0.74, 0.56, 0.34), 0.05, 0.1),
+        "drum": Material((0.05, 0.22, 0.52), 0.5, 0.5),
+        "drum-rib": Material((0.04, 0.16, 0.4), 0.5, 0.5),
+        "drum-band": Material((0.88, 0.88, 0.85), 0.4, 0.4),
+        "concrete": Material((0.7, 0.69, 0.66), 0.05, 0.1),
+        "brick": Material((0.6, 0.29, 0.21), 0.05, 0.1),
+        "mortar": Material((0.74, 0.7, 0.65), 0.05, 0.1),
+        "plaster": Material((0.8, 0.77, 0.7), 0.05, 0.1),
+        "bark": Material((0.3, 0.21, 0.13), 0.0, 0.1),
+        "leaf": Material((0.3, 0.45, 0.18), 0.0, 0.1),
+        "leaf-dark": Material((0.23, 0.37, 0.15), 0.0, 0.1),
+        "hill": Material((0.42, 0.54, 0.4), 0.0, 0.1),
+    }
+)
+"""Every plain paint by its name."""
+
+TEXTURED: Mapping[str, Pattern] = MappingProxyType(
+    {
+        "paving": Pattern((0.6, 0.59, 0.57), (0.57, 0.56, 0.54), (0.44, 0.44, 0.43), (0.5, 0.5)),
+        "grass": Pattern((0.36, 0.47, 0.24), (0.34, 0.45, 0.22), (0.35, 0.46, 0.23), (0.1, 0.1)),
+    }
+)
+"""Every surface with a pattern by its name."""
