@@ -108,6 +108,30 @@ MATERIALS: Mapping[str, Material] = MappingProxyType(
         "leaf": Material((0.3, 0.45, 0.18), 0.0, 0.1),
         "leaf-dark": Material((0.23, 0.37, 0.15), 0.0, 0.1),
         "hill": Material((0.42, 0.54, 0.4), 0.0, 0.1),
+        "skirting": Material((0.86, 0.85, 0.81), 0.1, 0.2),
+        "wall-sand": Material((0.74, 0.68, 0.55)),
+        "wall-sage": Material((0.52, 0.60, 0.50)),
+        "wall-blue": Material((0.50, 0.58, 0.68)),
+        "wall-clay": Material((0.68, 0.49, 0.42)),
+        "door": Material((0.46, 0.30, 0.18), 0.1, 0.2),
+        "furniture": Material((0.78, 0.70, 0.58), 0.1, 0.2),
+        "cabinet": Material((0.36, 0.39, 0.42), 0.2, 0.3),
+        "fabric": Material((0.24, 0.30, 0.38), 0.02, 0.1),
+        "pane": Material((0.66, 0.78, 0.88), 0.5, 0.6),
+        "carton": Material((0.63, 0.47, 0.30)),
+        "tape": Material((0.77, 0.66, 0.47), 0.3, 0.4),
+        "paper": Material((0.90, 0.89, 0.84)),
+        "ink": Material((0.15, 0.15, 0.18)),
+        "plywood": Material((0.80, 0.66, 0.46), 0.05, 0.1),
+        "plywood-edge": Material((0.55, 0.41, 0.26)),
+        "book-red": Material((0.55, 0.16, 0.14), 0.1, 0.2),
+        "book-blue": Material((0.15, 0.26, 0.48), 0.1, 0.2),
+        "book-green": Material((0.20, 0.40, 0.26), 0.1, 0.2),
+        "book-ochre": Material((0.76, 0.58, 0.22), 0.1, 0.2),
+        "circuit": Material((0.06, 0.36, 0.17), 0.4, 0.5),
+        "chassis": Material((0.80, 0.82, 0.84), 0.5, 0.5),
+        "motor": Material((0.86, 0.62, 0.10), 0.3, 0.4),
+        "lens": Material((0.04, 0.04, 0.06), 0.9, 0.9),
     }
 )
 """Every plain paint by its name."""
@@ -116,6 +140,8 @@ TEXTURED: Mapping[str, Pattern] = MappingProxyType(
     {
         "paving": Pattern((0.6, 0.59, 0.57), (0.57, 0.56, 0.54), (0.44, 0.44, 0.43), (0.5, 0.5)),
         "grass": Pattern((0.36, 0.47, 0.24), (0.34, 0.45, 0.22), (0.35, 0.46, 0.23), (0.1, 0.1)),
+        "planks": Pattern((0.56, 0.44, 0.31), (0.52, 0.40, 0.28), (0.40, 0.30, 0.21), (1.0, 7.0)),
+        "screed": Pattern((0.42, 0.42, 0.41), (0.41, 0.41, 0.40), (0.41, 0.41, 0.40), (0.5, 0.5)),
     }
 )
 """Every surface with a pattern by its name."""

@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import atan2, degrees, hypot
 from typing import Literal
 
 Point = tuple[float, float, float]
 Triangle = tuple[int, int, int]
+Axis = Literal["x", "y", "z"]
 Shape = Literal["box", "cylinder", "capsule", "ellipsoid", "mesh"]
 
 
@@ -46,23 +48,32 @@ def box(material: str, size: Point, position: Point, rotation: Point = (0.0, 0.0
     return Part("box", material, (size[0] / 2, size[1] / 2, size[2] / 2), position, rotation)
 
 
-def disc(material: str, radius: float, width: float, position: Point, axis: Literal["x", "z"] = "x") -> Part:
-    """Return a cylinder of the given radius and full width (metres) about the x or the z axis."""
-    rotation = (0.0, 90.0, 0.0) if axis == "x" else (0.0, 0.0, 0.0)
+def disc(material: str, radius: float, width: float, position: Point, axis: Axis = "x") -> Part:
+    """Return a cylinder of the given radius and full width (metres) about an axis parallel to `axis`."""
+    rotation = {"x": (0.0, 90.0, 0.0), "y": (90.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}[axis]
     return Part("cylinder", material, (radius, width / 2), position, rotation)
 
 
-def blob(material: str, size: Point, position: Point) -> Part:
-    """Return an ellipsoid of full extents `size` (metres)."""
-    return Part("ellipsoid", material, (size[0] / 2, size[1] / 2, size[2] / 2), position)
+def rod(material: str, radius: float, start: Point, end: Point) -> Part:
+    """Return a cylinder of the given radius (metres) from `start` to `end`."""
+    x, y, z = (b - a for a, b in zip(start, end, strict=True))
+    middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
+    lean = (degrees(atan2(-y, z)), degrees(atan2(x, hypot(y, z))), 0.0)
+    return Part("cylinder", material, (radius, hypot(x, y, z) / 2), middle, lean)
+
+
+def blob(material: str, size: Point, position: Point, rotation: Point = (0.0, 0.0, 0.0)) -> Part:
+    """Return an ellipsoid of full extents `size` (metres), turned by `rotation` (degrees)."""
+    return Part("ellipsoid", material, (size[0] / 2, size[1] / 2, size[2] / 2), position, rotation)
 
 
 def mirrored(part: Part) -> Part:
-    """Return the mirror image of `part` in the plane x = 0, for boxes, discs, ellipsoids and hulls."""
+    """Return the mirror image of `part` in the plane x = 0; a skin of triangles still faces outwards."""
     x, y, z = part.position
     a, b, c = part.rotation
     corners = tuple((-p[0], p[1], p[2]) for p in part.vertices)
-    return Part(part.shape, part.material, part.size, (-x, y, z), (a, -b, -c), corners)
+    faces = tuple((i, k, j) for i, j, k in part.faces)
+    return Part(part.shape, part.material, part.size, (-x, y, z), (a, -b, -c), corners, faces)
 
 
 def both_sides(parts: Sequence[Part]) -> Iterator[Part]:
