@@ -1,4 +1,4 @@
-"""The three scenes of the sample, with five robots each."""
+"""Three scenes laid out by hand, one of each object of the case study, with five robots each."""
 
 from convexperc.simulation.camera import Camera
 from convexperc.simulation.scenes import Obstacle, Robot, Scene
@@ -16,7 +16,7 @@ RED_CAR = Scene(
     robots=_huskies(
         Camera(azimuth=5.0, distance=6.9, height=0.9, pan=1.0),
         Camera(azimuth=-24.0, distance=6.4, height=1.1, pan=-1.5),
-        Camera(azimuth=84.0, distance=6.2, height=0.8),
+        Camera(azimuth=168.0, distance=7.0, height=0.9, pan=0.5),
         Camera(azimuth=140.0, distance=8.2, height=0.9),
         Camera(azimuth=205.0, distance=7.4, height=1.2),
     ),
@@ -39,7 +39,7 @@ GRAY_CAR = Scene(
         Camera(azimuth=-7.0, distance=6.5, height=1.2, pan=1.5),
         Camera(azimuth=-122.0, distance=8.0, height=0.8),
         Camera(azimuth=19.0, distance=6.6, height=0.8, pan=-1.0),
-        Camera(azimuth=94.0, distance=6.4, height=1.1),
+        Camera(azimuth=37.0, distance=6.7, height=1.1),
     ),
     obstacles=(
         Obstacle("barrel", azimuth=165.0, distance=3.4, width=0.62, height=0.95),
@@ -57,7 +57,7 @@ ICA_SIGN = Scene(
     target_height=1.25,
     reference=Camera(azimuth=0.0, distance=6.0, height=1.2),
     robots=_huskies(
-        Camera(azimuth=-58.0, distance=6.2, height=1.0),
+        Camera(azimuth=-38.0, distance=6.2, height=1.0),
         Camera(azimuth=33.0, distance=8.2, height=0.9),
         Camera(azimuth=4.0, distance=6.2, height=1.1, pan=1.0),
         Camera(azimuth=-19.0, distance=5.6, height=0.9, pan=-1.0),

@@ -239,7 +239,7 @@ def png(picture: Picture | Mask) -> bytes:
         It cannot be encoded.
     """
     pixels = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
-    done, data = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    done, data = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 6])
     if not done:
         raise RenderingError("picture", value=picture.shape, must="must be encodable as PNG")
     return data.tobytes()
