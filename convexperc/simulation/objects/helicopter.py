@@ -1,0 +1,63 @@
+"""A toy helicopter."""
+
+from collections.abc import Iterator
+from math import cos, radians, sin
+
+from convexperc.simulation.parts import Part, both_sides, box, disc, rod
+from convexperc.simulation.placement import placed
+from convexperc.simulation.skins import rounded, swept
+
+
+def helicopter() -> Iterator[Part]:
+    """Yield a helicopter on skids, 0.52 m from nose to tail, its nose to +y and its right side to +x."""
+    yield from _fuselage()
+    yield from _tail()
+    yield from _rotor((0.0, 0.06, 0.262))
+    yield from both_sides(list(_skid()))
+
+
+def _fuselage() -> Iterator[Part]:
+    """Yield the cabin with its glazed nose, a white stripe, a side window and the engine's cowling."""
+    hull = ((-0.11, 0.145, 0.0, 0.0), (-0.1, 0.145, 0.06, 0.06), (-0.03, 0.135, 0.125, 0.125))
+    hull += ((0.06, 0.13, 0.15, 0.15), (0.13, 0.122, 0.135, 0.13), (0.175, 0.112, 0.07, 0.07))
+    yield rounded("toy-red", (*hull, (0.19, 0.108, 0.0, 0.0)))
+    nose = ((0.065, 0.15, 0.0, 0.0), (0.067, 0.15, 0.13, 0.115), (0.13, 0.136, 0.126, 0.112))
+    yield rounded("pane", (*nose, (0.17, 0.122, 0.08, 0.075), (0.19, 0.115, 0.0, 0.0)))
+    cowling = ((-0.08, 0.19, 0.0, 0.0), (-0.07, 0.19, 0.06, 0.03), (0.02, 0.2, 0.085, 0.06))
+    yield rounded("toy-white", (*cowling, (0.09, 0.195, 0.05, 0.04), (0.105, 0.195, 0.0, 0.0)))
+    yield box("pane", (0.147, 0.055, 0.05), (0.0, 0.02, 0.15))
+    yield box("toy-red", (0.15, 0.008, 0.05), (0.0, 0.02, 0.15))
+
+
+def _tail() -> Iterator[Part]:
+    """Yield the boom, the fins and the tail rotor."""
+    boom = ((-0.36, 0.172, 0.022, 0.024), (-0.2, 0.165, 0.034, 0.038), (-0.05, 0.15, 0.07, 0.075))
+    yield rounded("toy-red", boom)
+    fin = ((0.0, -0.335, 0.165), (0.0, -0.355, 0.26))
+    yield swept("toy-white", fin, (0.018, 0.012))
+    yield box("toy-white", (0.008, 0.05, 0.1), (0.0, -0.35, 0.21), (18.0, 0.0, 0.0))
+    yield box("toy-white", (0.15, 0.035, 0.006), (0.0, -0.29, 0.172))
+    yield rod("steel", 0.004, (0.0, -0.355, 0.205), (0.022, -0.355, 0.205))
+    for angle in (25.0, 115.0):
+        yield box("rubber", (0.004, 0.13, 0.014), (0.022, -0.355, 0.205), (angle, 0.0, 0.0))
+
+
+def _rotor(hub: tuple[float, float, float]) -> Iterator[Part]:
+    """Yield the mast and four blades, two of which lie nearly along the body."""
+    x, y, z = hub
+    yield disc("steel", 0.008, 0.06, (x, y, z - 0.025), axis="z")
+    yield disc("seam", 0.02, 0.016, hub, axis="z")
+    for angle in (20.0, 110.0, 200.0, 290.0):
+        blade = box("seam", (0.25, 0.026, 0.005), (0.135, 0.0, 0.003), (6.0, 2.0, 0.0))
+        yield from placed([blade], hub, (0.0, 0.0, angle))
+
+
+def _skid() -> Iterator[Part]:
+    """Yield the right skid and its two struts."""
+    x, radius = 0.085, 0.007
+    toe = [
+        (x, 0.15 + 0.045 * sin(radians(a)), radius + 0.045 * (1 - cos(radians(a)))) for a in (0.0, 30.0, 65.0)
+    ]
+    yield swept("steel", [(x, -0.1, radius), (x, 0.08, radius), *toe], radius, steps=10)
+    for y in (-0.04, 0.09):
+        yield rod("steel", 0.006, (x, y, radius), (0.035, y, 0.085))
