@@ -43,7 +43,7 @@ def is_good(name: str, bearing: float, obstructed: Obstruction) -> bool:
     return aligned and obstructed == "none"
 
 
-def proposals(plan: Plan, thing: Model | MeshModel) -> Iterator[Proposal]:
+def proposals(plan: Plan, thing: Model | MeshModel) -> Iterator[Proposal | None]:
     """Yield one proposal after another: the hand-made layout of the object first, if it is number 1."""
     for scene in SCENES:
         if plan.number == 1 and scene.object == thing.name and not isinstance(thing, MeshModel):
@@ -51,9 +51,7 @@ def proposals(plan: Plan, thing: Model | MeshModel) -> Iterator[Proposal]:
     random = np.random.default_rng(plan.seed)
     base = base_scene(plan, thing, PARK, random)
     while True:
-        proposal = _propose(base, thing, random)
-        if proposal is not None:
-            yield proposal
+        yield _propose(base, thing, random)
 
 
 def _propose(scene: Scene, thing: Model | MeshModel, random: np.random.Generator) -> Proposal | None:

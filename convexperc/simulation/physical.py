@@ -43,7 +43,7 @@ LEVELS = (
 )
 
 
-def proposals(plan: Plan, thing: Model | MeshModel) -> Iterator[Proposal]:
+def proposals(plan: Plan, thing: Model | MeshModel) -> Iterator[Proposal | None]:
     """Yield one proposal after another, without end.
 
     Parameters
@@ -63,6 +63,4 @@ def proposals(plan: Plan, thing: Model | MeshModel) -> Iterator[Proposal]:
         first = float(random.uniform(-180.0, 180.0))
         turns = first + 60.0 * np.arange(ROBOTS) + random.uniform(-18.0, 18.0, ROBOTS)
         cameras = [random_camera(float(turn), base.reference, LAB, random) for turn in turns]
-        proposal = assemble(base, cameras, wanted, thing, LAB, random)
-        if proposal is not None:
-            yield proposal
+        yield assemble(base, cameras, wanted, thing, LAB, random)

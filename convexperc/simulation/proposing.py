@@ -68,8 +68,10 @@ class Plan:
     seed: tuple[int, ...]
 
 
-Propose = Callable[[Plan, Model | MeshModel], Iterator[Proposal]]
-"""Gives one proposal after another for a plan and the object to look at, without end."""
+Propose = Callable[[Plan, Model | MeshModel], Iterator[Proposal | None]]
+"""Gives one proposal after another for a plan and the object to look at, without end.
+
+None stands for a draw in which things would stand in each other."""
 
 
 def base_scene(plan: Plan, thing: Model | MeshModel, setting: Setting, random: np.random.Generator) -> Scene:
