@@ -16,7 +16,7 @@ RED_CAR = Scene(
     robots=_huskies(
         Camera(azimuth=5.0, distance=6.9, height=0.9, pan=1.0),
         Camera(azimuth=-24.0, distance=6.4, height=1.1, pan=-1.5),
-        Camera(azimuth=168.0, distance=7.0, height=0.9, pan=0.5),
+        Camera(azimuth=33.0, distance=6.8, height=0.8),
         Camera(azimuth=140.0, distance=8.2, height=0.9),
         Camera(azimuth=205.0, distance=7.4, height=1.2),
     ),

@@ -63,39 +63,39 @@ class Light:
 
 BRIGHT = Light(
     name="bright",
-    ambient=(0.38, 0.39, 0.42),
-    fill=(0.2, 0.2, 0.2),
-    sun=(0.68, 0.66, 0.61),
+    ambient=(0.41, 0.42, 0.44),
+    fill=(0.3, 0.3, 0.3),
+    sun=(0.62, 0.6, 0.56),
     azimuth=25.5,
     elevation=60.0,
     sky=(1.0, 1.0, 1.0),
 )
 DIM = Light(
     name="dim",
-    ambient=(0.17, 0.18, 0.21),
-    fill=(0.08, 0.08, 0.09),
-    sun=(0.25, 0.25, 0.25),
+    ambient=(0.18, 0.19, 0.21),
+    fill=(0.13, 0.13, 0.14),
+    sun=(0.26, 0.26, 0.26),
     azimuth=25.5,
     elevation=48.0,
     sky=(0.42, 0.44, 0.5),
 )
 WARM = Light(
     name="warm",
-    ambient=(0.42, 0.33, 0.23),
-    fill=(0.2, 0.17, 0.12),
-    sun=(0.78, 0.54, 0.28),
+    ambient=(0.44, 0.38, 0.3),
+    fill=(0.28, 0.24, 0.19),
+    sun=(0.72, 0.56, 0.37),
     azimuth=-50.0,
-    elevation=35.0,
-    sky=(1.0, 0.84, 0.66),
+    elevation=38.0,
+    sky=(1.0, 0.87, 0.72),
 )
 GREEN = Light(
     name="green",
-    ambient=(0.24, 0.42, 0.28),
-    fill=(0.12, 0.2, 0.14),
-    sun=(0.34, 0.7, 0.4),
+    ambient=(0.31, 0.42, 0.32),
+    fill=(0.2, 0.29, 0.22),
+    sun=(0.42, 0.62, 0.45),
     azimuth=60.0,
     elevation=60.0,
-    sky=(0.7, 1.0, 0.76),
+    sky=(0.78, 1.0, 0.82),
 )
 
 LIGHTS: Mapping[str, Light] = MappingProxyType({light.name: light for light in (BRIGHT, DIM, WARM, GREEN)})

@@ -80,7 +80,7 @@ LAB = Setting(
     thickness=0.08,
     margin=0.03,
     yard=(1.45, 1.9),
-    overhead=(2.1, 2.9),
+    overhead=(1.9, 4.1),
 )
 """Small rovers around an object on the floor of a lab."""
 
@@ -98,6 +98,6 @@ PARK = Setting(
     thickness=0.35,
     margin=0.2,
     yard=(9.5, 12.0),
-    overhead=(15.0, 17.0),
+    overhead=(15.0, 21.0),
 )
 """Huskies around an object as large as a car in a park."""
