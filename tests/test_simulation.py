@@ -19,6 +19,7 @@ import cv2
 import numpy as np
 import pytest
 import typer
+from convexperc.simulation.__main__ import main
 
 from convexperc.errors import InputError, MissingExtraError
 from convexperc.simulation import (
@@ -33,7 +34,6 @@ from convexperc.simulation import (
     mjcf,
     write_sample,
 )
-from convexperc.simulation.__main__ import main
 from convexperc.simulation.backends import choose_backend
 from convexperc.simulation.mjcf import Group
 

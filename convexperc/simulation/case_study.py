@@ -20,7 +20,7 @@ ROBOTS = 5
 GOOD_VIEWS = 3
 
 GOOD_WITHIN = 40.0
-"""A good view is not obstructed and deviates from the reference's direction by this much at most (degrees)."""
+"""Greatest angle in degrees between the directions of a good view and of the reference."""
 
 TWO_SIDED = frozenset({"red-car", "gray-car"})
 """Objects whose opposite side is as good as the side of the reference."""
@@ -56,7 +56,9 @@ def proposals(plan: Plan, thing: Model | MeshModel) -> Iterator[Proposal | None]
 
 def _propose(scene: Scene, thing: Model | MeshModel, random: np.random.Generator) -> Proposal | None:
     views = [_good_view(thing.name, random) for _ in range(GOOD_VIEWS)]
-    views += [_poor_view(random, hidden=bool(k == 0 or random.random() < 0.5)) for k in range(ROBOTS - GOOD_VIEWS)]
+    views += [
+        _poor_view(random, hidden=bool(k == 0 or random.random() < 0.5)) for k in range(ROBOTS - GOOD_VIEWS)
+    ]
     order = random.permutation(ROBOTS)
     cameras = [random_camera(views[k][0], scene.reference, PARK, random) for k in order]
     return assemble(scene, cameras, tuple(views[k][1] for k in order), thing, PARK, random)

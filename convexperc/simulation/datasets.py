@@ -1,7 +1,7 @@
 """Draws whole data sets into folders, with several processes, and goes on where a run was stopped."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +9,16 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from convexperc.errors import InputError
+from convexperc.records import json_bytes
 from convexperc.simulation import case_study, physical
-from convexperc.simulation.catalogue import Catalogue, catalogue
-from convexperc.simulation.drawing import Drawn, draw_reference, find_scene
+from convexperc.simulation.catalogue import Catalogue, catalogue, mesh_sha256, object_of
+from convexperc.simulation.descriptions import scene_record
+from convexperc.simulation.drawing import Drawn, draw_reference, draw_scene, find_scene, sha256
 from convexperc.simulation.folder import close_folder, keep, kept_entry, open_folder
+from convexperc.simulation.frame import Frame
 from convexperc.simulation.layouts import SCENES
 from convexperc.simulation.light import BRIGHT
+from convexperc.simulation.manifest import manifest_head
 from convexperc.simulation.meshes import MeshModel
 from convexperc.simulation.objects import Model
 from convexperc.simulation.opengl import engine
@@ -25,6 +29,8 @@ from convexperc.simulation.setting import LAB, PARK, Setting
 
 PROPOSE: dict[SetName, Propose] = {"physical": physical.proposals, "case-study": case_study.proposals}
 SETTINGS: dict[SetName, Setting] = {"physical": LAB, "case-study": PARK}
+REFERENCE = "reference-of-"
+"""Stands before an object's name where its reference is one part among scenes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,19 +41,27 @@ class Written:
     ----------
     manifest : mapping
         What ``manifest.json`` holds, plain JSON values.
-    drawn, kept : int
-        Scenes and references that were drawn now, and that were there already.
+    drawn : frozenset of str
+        Names of the scenes that were drawn now, and ``reference-of-`` objects; the others were there.
     """
 
     manifest: Mapping[str, Any]
-    drawn: int
-    kept: int
+    drawn: frozenset[str]
 
     @property
     def pictures(self) -> int:
         """Number of views and references, without masks and overhead pictures."""
-        scenes = self.manifest["scenes"]
-        return len(self.manifest["references"]) + sum(len(scene["views"]) for scene in scenes)
+        return self._count(lambda title: True)
+
+    @property
+    def drawn_pictures(self) -> int:
+        """Number of those that were drawn now."""
+        return self._count(self.drawn.__contains__)
+
+    def _count(self, counts: Callable[[str], bool]) -> int:
+        references = [counts(f"{REFERENCE}{one['object']}") for one in self.manifest["references"]]
+        views = [len(scene["views"]) for scene in self.manifest["scenes"] if counts(scene["name"])]
+        return sum(references) + sum(views)
 
 
 def write_data_set(
@@ -104,10 +118,7 @@ def write_data_set(
             entries[title] = entry
             if progress is not None:
                 progress(title, len(parts))
-    kept = len(entries)
-    jobs = (
-        delayed(_make)(folder, request, name, plan, {name: objects[name]}) for name, plan in missing
-    )
+    jobs = (delayed(_make)(folder, request, name, plan, {name: objects[name]}) for name, plan in missing)
     for title, entry in Parallel(n_jobs=workers, return_as="generator_unordered")(jobs):
         entries[title] = entry
         if progress is not None:
@@ -116,12 +127,47 @@ def write_data_set(
     scenes = [entries[plan.name] for _, plan in request.plans()]
     manifest = {**head, "references": references, "scenes": scenes}
     close_folder(folder, manifest)
-    return Written(manifest, len(missing), kept)
+    return Written(manifest, frozenset(_title(*part) for part in missing))
+
+
+def write_scene(
+    folder: Path, scene: Scene, frame: Frame, *, meshes: Mapping[str, MeshModel] | None = None
+) -> Written:
+    """Draw one scene and its reference into a folder of the same form.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it goes; absent, empty, or what a run of the same scene left.
+    scene : Scene
+        What to draw.
+    frame : Frame
+        Size of the views.
+    meshes : mapping of str to MeshModel
+        Objects made of meshes.
+
+    Raises
+    ------
+    InputError, MissingExtraError, RenderingError
+        See `write_data_set`; also when the scene has no robot.
+    """
+    if not scene.robots:
+        raise InputError("robots", value=scene.robots, must="must hold at least one robot")
+    objects = catalogue(meshes)
+    object_of(scene, objects)
+    head = manifest_head("scene", scene.seed, [scene.object], frame, engine(), objects)
+    digest = sha256(json_bytes(scene_record(scene)))
+    open_folder(folder, head | {"description_sha256": digest})
+    reference = keep(folder, _title(scene.object, None), draw_reference(scene, frame, objects))
+    entry = keep(folder, scene.name, draw_scene(scene, frame, objects, level="as described"))
+    manifest = {**head, "references": [reference], "scenes": [entry]}
+    close_folder(folder, manifest)
+    return Written(manifest, frozenset({_title(scene.object, None), scene.name}))
 
 
 def _title(name: str, plan: Plan | None) -> str:
     """Name of a scene, or of an object's reference, among the records."""
-    return f"reference-of-{name}" if plan is None else plan.name
+    return f"{REFERENCE}{name}" if plan is None else plan.name
 
 
 def _make(
@@ -148,22 +194,9 @@ def reference_scene(kind: SetName, thing: Model | MeshModel) -> Scene:
     thing : Model or MeshModel
         The object.
     """
-    sha256 = thing.sha256 if isinstance(thing, MeshModel) else ""
     for scene in SCENES:
-        if kind == "case-study" and scene.object == thing.name and not sha256:
-            return Scene(
-                scene.name, scene.object, scene.target_height, scene.reference, (), overhead=scene.overhead
-            )
+        if kind == "case-study" and scene.object == thing.name and not mesh_sha256(thing):
+            return replace(scene, robots=(), obstacles=())
     plan = Plan(thing.name, 0, "reference", (0,))
     base = base_scene(plan, thing, SETTINGS[kind], np.random.default_rng(0))
-    return Scene(
-        base.name,
-        base.object,
-        base.target_height,
-        base.reference,
-        (),
-        overhead=base.overhead,
-        surroundings=base.surroundings,
-        light=BRIGHT,
-        mesh_sha256=sha256,
-    )
+    return replace(base, turn=0.0, light=BRIGHT, seed=0)

@@ -11,6 +11,7 @@ from convexperc.simulation.camera import Camera
 from convexperc.simulation.catalogue import Catalogue
 from convexperc.simulation.descriptions import scene_record
 from convexperc.simulation.frame import Frame
+from convexperc.simulation.manifest import overhead_frame
 from convexperc.simulation.mjcf import Group
 from convexperc.simulation.proposing import Obstruction, Proposal, obstruction
 from convexperc.simulation.rendering import SceneRenderer, View, png
@@ -46,11 +47,6 @@ class Drawn:
     files: dict[str, bytes]
 
 
-def overhead_frame(frame: Frame) -> Frame:
-    """Return the size of the overhead picture that goes with views of size `frame`."""
-    return Frame(2 * frame.width, 2 * frame.height, frame.supersampling)
-
-
 def draw_reference(scene: Scene, frame: Frame, objects: Catalogue) -> Drawn:
     """Draw a scene's object alone in its surroundings, as the reference camera sees it.
 
@@ -79,9 +75,7 @@ def draw_scene(scene: Scene, frame: Frame, objects: Catalogue, level: str = "") 
         return _drawn(scene, level, views, png(renderer.picture("overhead", above)))
 
 
-def find_scene(
-    proposals: Iterable[Proposal | None], frame: Frame, objects: Catalogue, level: str
-) -> Drawn:
+def find_scene(proposals: Iterable[Proposal | None], frame: Frame, objects: Catalogue, level: str) -> Drawn:
     """Draw the first proposed scene whose views are as wanted, judged by measuring.
 
     Raises

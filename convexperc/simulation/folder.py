@@ -6,10 +6,9 @@ those of it. The manifest is written last.
 """
 
 import json
-import os
 import shutil
 from collections.abc import Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from convexperc.errors import InputError
@@ -98,8 +97,9 @@ def keep(folder: Path, name: str, drawn: Drawn) -> dict[str, Any]:
         for path, content in drawn.files.items():
             (beside / path).parent.mkdir(parents=True, exist_ok=True)
             (beside / path).write_bytes(content)
-        for parent in sorted({os.path.dirname(path) for path in drawn.files}):
-            _move(beside / parent, folder / parent, shared=name not in parent)
+        for parent in sorted({PurePosixPath(path).parent for path in drawn.files}):
+            own = parent.name == name and len(parent.parts) > 1
+            _move(beside / parent, folder / parent, shared=not own)
         shutil.rmtree(beside)
         (folder / RECORDS).mkdir(exist_ok=True)
     except OSError as problem:

@@ -124,9 +124,7 @@ def _paints(assets: ET.Element, light: Light) -> None:
         colours |= {"markrgb": _numbers(pattern.joint), "width": "256", "height": "256"}
         ET.SubElement(assets, "texture", colours, name=name, type="2d", builtin="checker", mark="edge")
         finish = {"texrepeat": _numbers(pattern.repeat), "texuniform": "true"}
-        ET.SubElement(
-            assets, "material", finish, name=name, texture=name, specular="0.05", shininess="0.1"
-        )
+        ET.SubElement(assets, "material", finish, name=name, texture=name, specular="0.05", shininess="0.1")
     for name, paint in MATERIALS.items():
         finish = {"specular": f"{paint.specular:g}", "shininess": f"{paint.shininess:g}"}
         ET.SubElement(assets, "material", finish, name=name, rgba=_numbers((*paint.colour, 1.0)))

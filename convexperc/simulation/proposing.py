@@ -107,9 +107,7 @@ def random_light(random: np.random.Generator) -> Light:
     return replace(LIGHTS[name], azimuth=azimuth)
 
 
-def random_camera(
-    azimuth: float, reference: Camera, setting: Setting, random: np.random.Generator
-) -> Camera:
+def random_camera(azimuth: float, reference: Camera, setting: Setting, random: np.random.Generator) -> Camera:
     """Return a robot's camera in that direction (degrees) at about the reference's distance."""
     return Camera(
         azimuth=round((azimuth + 180.0) % 360.0 - 180.0, 3),

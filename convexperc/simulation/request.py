@@ -2,14 +2,15 @@
 
 import zlib
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from convexperc.errors import InputError
 from convexperc.simulation import case_study, physical
-from convexperc.simulation.catalogue import Catalogue, mesh_sha256
+from convexperc.simulation.catalogue import Catalogue
 from convexperc.simulation.checks import check_range
 from convexperc.simulation.frame import Frame
+from convexperc.simulation.manifest import manifest_head
 from convexperc.simulation.objects import CASE_STUDY, PHYSICAL
 from convexperc.simulation.opengl import Engine
 from convexperc.simulation.proposing import Plan
@@ -21,11 +22,6 @@ OBJECTS_OF: dict[SetName, tuple[str, ...]] = {
     "case-study": tuple(model.name for model in CASE_STUDY),
 }
 """Objects of each set, when no others are asked for."""
-
-UNITS = (
-    "metres; degrees; azimuth anticlockwise from above, 0 where the reference is taken; a view is fully"
-    " obstructed where at most 0.05 of the object is visible, not at all from 0.9 on"
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,20 +87,5 @@ class Request:
         InputError
             An object is not known.
         """
-        unknown = [name for name in self.objects if name not in objects]
-        if unknown:
-            must = f"must be among {', '.join(objects)}"
-            remedy = "Give the folder of meshes that holds it, if it is not one of the package."
-            raise InputError("objects", value=unknown, must=must, remedy=remedy)
-        image = asdict(self.frame)
-        return {
-            "format": 1,
-            "set": self.set,
-            "seed": self.seed,
-            "scenes_each": self.scenes,
-            "engine": asdict(engine),
-            "image": image,
-            "overhead_image": image | {"width": 2 * self.frame.width, "height": 2 * self.frame.height},
-            "units": UNITS,
-            "objects": {name: mesh_sha256(objects[name]) for name in self.objects},
-        }
+        head = manifest_head(self.set, self.seed, self.objects, self.frame, engine, objects)
+        return {**head, "scenes_each": self.scenes}

@@ -23,6 +23,9 @@ RobotKind = Literal["husky", "rover"]
 LENS_HEIGHTS: dict[RobotKind, tuple[float, float]] = {"husky": (0.5, 3.0), "rover": (0.1, 0.5)}
 """Lowest and highest lens of each kind of robot, in metres."""
 
+OVERHEAD = Camera(azimuth=-28.0, distance=15.0, height=21.0, field_of_view=39.0)
+"""Looks at a scene in the park from above."""
+
 
 def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
     if value not in choices:
@@ -146,7 +149,7 @@ class Scene:
     reference: Camera
     robots: tuple[Robot, ...]
     obstacles: tuple[Obstacle, ...] = ()
-    overhead: Camera = Camera(azimuth=-28.0, distance=15.0, height=17.0, field_of_view=39.0)
+    overhead: Camera = OVERHEAD
     surroundings: str = "park"
     turn: float = 0.0
     light: Light = BRIGHT
