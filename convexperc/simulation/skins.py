@@ -9,7 +9,7 @@ from scipy.interpolate import PchipInterpolator
 
 from convexperc.simulation.parts import Axis, Part, Point
 
-Rings = Float[np.ndarray, "stations corners 3"]
+Rings = Float[np.ndarray, "_ _ 3"]
 """Rows of corners in metres; each ring runs anticlockwise about the direction of growing station, and a ring
 whose corners all coincide is a tip."""
 

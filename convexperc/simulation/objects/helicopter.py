@@ -10,23 +10,21 @@ from convexperc.simulation.skins import rounded, swept
 
 def helicopter() -> Iterator[Part]:
     """Yield a helicopter on skids, 0.52 m from nose to tail, its nose to +y and its right side to +x."""
-    yield from _fuselage()
-    yield from _tail()
-    yield from _rotor((0.0, 0.06, 0.262))
-    yield from both_sides(list(_skid()))
+    parts = [*_fuselage(), *_tail(), *_rotor((0.0, 0.03, 0.268)), *both_sides(list(_skid()))]
+    yield from placed(parts, (0.0, 0.075, 0.0))
 
 
 def _fuselage() -> Iterator[Part]:
     """Yield the cabin with its glazed nose, a white stripe, a side window and the engine's cowling."""
-    hull = ((-0.11, 0.145, 0.0, 0.0), (-0.1, 0.145, 0.06, 0.06), (-0.03, 0.135, 0.125, 0.125))
-    hull += ((0.06, 0.13, 0.15, 0.15), (0.13, 0.122, 0.135, 0.13), (0.175, 0.112, 0.07, 0.07))
+    hull = ((-0.14, 0.15, 0.0, 0.0), (-0.13, 0.15, 0.07, 0.07), (-0.05, 0.137, 0.14, 0.145))
+    hull += ((0.05, 0.132, 0.165, 0.17), (0.13, 0.122, 0.145, 0.14), (0.175, 0.11, 0.075, 0.075))
     yield rounded("toy-red", (*hull, (0.19, 0.108, 0.0, 0.0)))
-    nose = ((0.065, 0.15, 0.0, 0.0), (0.067, 0.15, 0.13, 0.115), (0.13, 0.136, 0.126, 0.112))
+    nose = ((0.06, 0.153, 0.0, 0.0), (0.062, 0.153, 0.144, 0.13), (0.125, 0.139, 0.138, 0.122))
     yield rounded("pane", (*nose, (0.17, 0.122, 0.08, 0.075), (0.19, 0.115, 0.0, 0.0)))
-    cowling = ((-0.08, 0.19, 0.0, 0.0), (-0.07, 0.19, 0.06, 0.03), (0.02, 0.2, 0.085, 0.06))
-    yield rounded("toy-white", (*cowling, (0.09, 0.195, 0.05, 0.04), (0.105, 0.195, 0.0, 0.0)))
-    yield box("pane", (0.147, 0.055, 0.05), (0.0, 0.02, 0.15))
-    yield box("toy-red", (0.15, 0.008, 0.05), (0.0, 0.02, 0.15))
+    cowling = ((-0.12, 0.2, 0.0, 0.0), (-0.11, 0.2, 0.06, 0.03), (-0.01, 0.211, 0.09, 0.065))
+    yield rounded("toy-white", (*cowling, (0.06, 0.206, 0.055, 0.04), (0.08, 0.205, 0.0, 0.0)))
+    yield box("pane", (0.167, 0.06, 0.052), (0.0, 0.0, 0.152))
+    yield box("toy-red", (0.169, 0.008, 0.052), (0.0, 0.0, 0.152))
 
 
 def _tail() -> Iterator[Part]:
