@@ -14,7 +14,7 @@ from convexperc.simulation.materials import MATERIALS, TEXTURED, Material, Patte
 from convexperc.simulation.objects import CASE_STUDY, OBJECTS, PHYSICAL, Model, model
 from convexperc.simulation.obstacles import OBSTACLES
 from convexperc.simulation.parts import Part, blob, box, disc, mirrored, rod
-from convexperc.simulation.placement import placed
+from convexperc.simulation.pose import placed
 from convexperc.simulation.robots import ROBOTS
 from convexperc.simulation.skins import hull, rounded, swept, turned
 from convexperc.simulation.surroundings import SURROUNDINGS

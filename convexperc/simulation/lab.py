@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from convexperc.simulation.obstacles import cardboard_box
 from convexperc.simulation.parts import Part, box, disc
-from convexperc.simulation.placement import placed
+from convexperc.simulation.pose import placed
 
 ROOM = 6.0
 """Side of the square room around the object, in metres."""

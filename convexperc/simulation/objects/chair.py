@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from convexperc.simulation.parts import Part, box, rod
-from convexperc.simulation.placement import placed
+from convexperc.simulation.pose import placed
 from convexperc.simulation.skins import swept
 
 
