@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from convexperc.simulation.obstacles import cardboard_box
 from convexperc.simulation.parts import Part, box, disc
-from convexperc.simulation.placement import placed
+from convexperc.simulation.pose import placed
 
 ROOM = 6.0
 """Side of the square room around the object, in metres."""
@@ -18,7 +18,7 @@ def lab() -> Iterator[Part]:
 
     Each wall is built as the one at the far end of +x, 0 to ROOM / 2 away along x, and turned into place.
     """
-    yield box("planks", (ROOM, ROOM, 0.08), (0.0, 0.0, -0.04))
+    yield box("vinyl", (ROOM, ROOM, 0.08), (0.0, 0.0, -0.04))
     sides = (
         (0.0, "wall-sand", _entrance()),
         (90.0, "wall-sage", _library()),

@@ -1,7 +1,8 @@
 """The paints of every part in a scene.
 
 A paint is a share of reflected light for each of red, green and blue, so that it looks right in a dim and in
-a coloured light as well: nothing glows, and no share is 0 or 1.
+a coloured light as well: nothing glows, and every share is one that real paints have. A surface that
+reflected nothing of a colour would vanish in a light of that colour.
 """
 
 from collections.abc import Mapping
@@ -11,6 +12,10 @@ from types import MappingProxyType
 from convexperc.errors import InputError
 
 Colour = tuple[float, float, float]
+"""Shares of red, green and blue light that a surface reflects in all directions."""
+
+DARKEST, BRIGHTEST = 0.04, 0.96
+"""Shares of light that black paint and white paint reflect."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +25,7 @@ class Material:
     Parameters
     ----------
     colour : tuple of float
-        Share of red, green and blue light that it reflects in all directions, in (0, 1).
+        Share of red, green and blue light that it reflects, each in [`DARKEST`, `BRIGHTEST`].
     specular : float
         Strength of its highlight, in [0, 1].
     shininess : float
@@ -50,7 +55,7 @@ class Pattern:
     Parameters
     ----------
     first, second : tuple of float
-        Colours of the rectangles: shares of reflected light, in (0, 1).
+        Colours of the rectangles; the shares lie in [`DARKEST`, `BRIGHTEST`].
     joint : tuple of float
         Colour of the lines between them.
     repeat : tuple of float
@@ -70,18 +75,19 @@ class Pattern:
     def __post_init__(self) -> None:
         for name in ("first", "second", "joint"):
             _check_colour(name, getattr(self, name))
-        if not min(self.repeat) > 0.0:
+        if not all(0.0 < times < float("inf") for times in self.repeat):
             raise InputError("repeat", value=self.repeat, must="must hold two positive numbers")
 
 
 def _check_colour(name: str, colour: Colour) -> None:
-    if not all(0.0 < share < 1.0 for share in colour):
-        raise InputError(name, value=colour, must="must hold three numbers in (0, 1)")
+    if not all(DARKEST <= share <= BRIGHTEST for share in colour):
+        must = f"must hold three shares of light in [{DARKEST}, {BRIGHTEST}]"
+        raise InputError(name, value=colour, must=must)
 
 
 MATERIALS: Mapping[str, Material] = MappingProxyType(
     {
-        "red": Material((0.62, 0.03, 0.04), 0.5, 0.8),
+        "red": Material((0.62, 0.04, 0.05), 0.5, 0.8),
         "gray": Material((0.45, 0.47, 0.49), 0.6, 0.8),
         "glass": Material((0.05, 0.07, 0.09), 0.9, 0.9),
         "rubber": Material((0.06, 0.06, 0.065), 0.1, 0.2),
@@ -89,10 +95,10 @@ MATERIALS: Mapping[str, Material] = MappingProxyType(
         "chrome": Material((0.75, 0.76, 0.78), 0.9, 0.9),
         "rim": Material((0.68, 0.69, 0.71), 0.8, 0.7),
         "lamp": Material((0.95, 0.95, 0.86), 0.9, 0.9),
-        "tail-lamp": Material((0.55, 0.02, 0.02), 0.7, 0.7),
+        "tail-lamp": Material((0.55, 0.04, 0.04), 0.7, 0.7),
         "plate": Material((0.92, 0.92, 0.88), 0.1, 0.1),
         "steel": Material((0.55, 0.57, 0.59), 0.4, 0.4),
-        "navy": Material((0.03, 0.08, 0.3), 0.2, 0.3),
+        "navy": Material((0.05, 0.09, 0.3), 0.2, 0.3),
         "board": Material((0.94, 0.94, 0.92), 0.1, 0.2),
         "husky": Material((0.93, 0.7, 0.05), 0.4, 0.5),
         "wood": Material((0.62, 0.44, 0.24), 0.05, 0.1),
@@ -157,7 +163,7 @@ TEXTURED: Mapping[str, Pattern] = MappingProxyType(
     {
         "paving": Pattern((0.6, 0.59, 0.57), (0.57, 0.56, 0.54), (0.44, 0.44, 0.43), (0.5, 0.5)),
         "grass": Pattern((0.36, 0.47, 0.24), (0.34, 0.45, 0.22), (0.35, 0.46, 0.23), (0.1, 0.1)),
-        "planks": Pattern((0.56, 0.44, 0.31), (0.52, 0.40, 0.28), (0.40, 0.30, 0.21), (1.0, 7.0)),
+        "vinyl": Pattern((0.60, 0.61, 0.60), (0.56, 0.57, 0.57), (0.46, 0.47, 0.47), (1.6, 1.6)),
         "screed": Pattern((0.42, 0.42, 0.41), (0.41, 0.41, 0.40), (0.41, 0.41, 0.40), (0.5, 0.5)),
     }
 )

@@ -54,7 +54,7 @@ def wall(width: float, height: float) -> Iterator[Part]:
         high = min(low + course, top)
         yield box("mortar", (0.256, width, joint), (0.0, 0.0, low))
         first = -width / 2 + (0.5 if row % 2 else 1.0) * brick
-        for k in range(int((width / 2 - first) / brick) + 1):
+        for k in range(max(0, ceil((width / 2 - joint / 2 - first) / brick))):
             yield box("mortar", (0.256, joint, high - low), (0.0, first + k * brick, (low + high) / 2))
 
 

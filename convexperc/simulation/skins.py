@@ -9,7 +9,10 @@ from scipy.interpolate import PchipInterpolator
 
 from convexperc.simulation.parts import Axis, Part, Point
 
-Rings = Float[np.ndarray, "stations corners 3"]
+Station = tuple[float, float, float, float]
+"""A cross section at (0, y, z): y, z, full width and full height, in metres; an extent of 0 is a tip."""
+
+Rings = Float[np.ndarray, "_ _ 3"]
 """Rows of corners in metres; each ring runs anticlockwise about the direction of growing station, and a ring
 whose corners all coincide is a tip."""
 
@@ -112,17 +115,15 @@ def swept(material: str, path: Sequence[Point], radius: float | Sequence[float],
     return _skin(material, [ends[0], np.stack(rings), ends[1]])
 
 
-def rounded(
-    material: str, stations: Sequence[tuple[float, float, float, float]], steps: int = 24, cuts: int = 24
-) -> Part:
+def rounded(material: str, stations: Sequence[Station], steps: int = 24, cuts: int = 24) -> Part:
     """Return a smooth body of elliptic cross sections along y.
 
     Parameters
     ----------
     material : str
         Name of the paint.
-    stations : sequence of (y, z, width, height)
-        Centre (0, y, z) and full extents of each cross section in metres, y growing; an extent of 0 is a tip.
+    stations : sequence of Station
+        Cross sections, y growing.
     steps : int
         Corners of a cross section.
     cuts : int

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from convexperc.simulation.parts import Part, box, rod
-from convexperc.simulation.placement import placed
+from convexperc.simulation.pose import placed
 from convexperc.simulation.skins import swept
 
 
@@ -17,8 +17,8 @@ def _chair() -> Iterator[Part]:
     half, seat = 0.1, 0.215
     yield box("chair-seat", (0.245, 0.245, 0.024), (0.0, 0.0, seat))
     for y in (-half, half):
-        yield rod("chair", 0.013, (half + 0.01, 1.1 * y, 0.0125), (half - 0.005, y, seat - 0.01))
-        upright = [(-half - 0.02, 1.05 * y, 0.013), (-half, y, seat), (-half - 0.04, y, 0.45)]
+        yield rod("chair", 0.013, (half + 0.01, 1.1 * y, 0.001), (half - 0.005, y, seat - 0.01))
+        upright = [(-half - 0.02, 1.05 * y, 0.002), (-half, y, seat), (-half - 0.04, y, 0.45)]
         yield swept("chair", upright, 0.013)
         yield rod("chair", 0.008, (half, 1.05 * y, 0.09), (-half - 0.01, 1.02 * y, 0.09))
         yield rod("chair", 0.008, (half, 1.05 * y, 0.15), (-half - 0.01, 1.02 * y, 0.15))

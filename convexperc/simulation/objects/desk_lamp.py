@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from convexperc.simulation.parts import Part, blob, disc, rod
-from convexperc.simulation.placement import placed
+from convexperc.simulation.pose import placed
 from convexperc.simulation.skins import turned
 
 
@@ -16,7 +16,6 @@ def desk_lamp() -> Iterator[Part]:
         yield rod("steel", 0.005, (x, *elbow[1:]), (x, *head[1:]))
     for joint in (foot, elbow, head):
         yield disc("seam", 0.016, 0.04, joint)
-    yield rod("steel", 0.003, (0.0, -0.06, 0.06), (0.0, -0.115, 0.2))
     shade = [(0.0, 0.012), (0.03, 0.01), (0.068, -0.09), (0.072, -0.09), (0.072, -0.09), (0.036, 0.02)]
     shade += [(0.03, 0.03), (0.028, 0.055), (0.028, 0.055), (0.0, 0.058)]
     bulb = blob("lamp", (0.055, 0.055, 0.065), (0.0, 0.0, -0.045))

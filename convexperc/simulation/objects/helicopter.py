@@ -4,37 +4,46 @@ from collections.abc import Iterator
 from math import cos, radians, sin
 
 from convexperc.simulation.parts import Part, both_sides, box, disc, rod
-from convexperc.simulation.placement import placed
-from convexperc.simulation.skins import rounded, swept
+from convexperc.simulation.pose import placed
+from convexperc.simulation.skins import Station, rounded, swept
+
+CABIN: tuple[Station, ...] = (
+    (-0.14, 0.15, 0.0, 0.0), (-0.13, 0.15, 0.07, 0.07), (-0.05, 0.137, 0.14, 0.145),
+    (0.04, 0.132, 0.165, 0.17), (0.12, 0.112, 0.135, 0.13), (0.165, 0.095, 0.075, 0.07),
+    (0.18, 0.092, 0.0, 0.0),
+)  # fmt: skip
+GLAZING: tuple[Station, ...] = (
+    (0.02, 0.152, 0.0, 0.0), (0.025, 0.152, 0.12, 0.1), (0.06, 0.148, 0.165, 0.135),
+    (0.12, 0.136, 0.158, 0.132), (0.175, 0.117, 0.1, 0.085), (0.192, 0.11, 0.0, 0.0),
+)  # fmt: skip
+COWLING: tuple[Station, ...] = (
+    (-0.12, 0.2, 0.0, 0.0), (-0.11, 0.2, 0.06, 0.03), (-0.01, 0.211, 0.09, 0.065), (0.06, 0.206, 0.055, 0.04),
+    (0.08, 0.205, 0.0, 0.0),
+)  # fmt: skip
+BOOM: tuple[Station, ...] = (
+    (-0.36, 0.172, 0.022, 0.024), (-0.2, 0.165, 0.034, 0.038), (-0.05, 0.15, 0.07, 0.075),
+)  # fmt: skip
 
 
 def helicopter() -> Iterator[Part]:
-    """Yield a helicopter on skids, 0.52 m from nose to tail, its nose to +y and its right side to +x."""
-    yield from _fuselage()
-    yield from _tail()
-    yield from _rotor((0.0, 0.06, 0.262))
-    yield from both_sides(list(_skid()))
+    """Yield a helicopter on skids, 0.55 m from nose to tail, its nose to +y and its right side to +x."""
+    parts = [*_fuselage(), *_tail(), *_rotor((0.0, 0.03, 0.268)), *both_sides(list(_skid()))]
+    yield from placed(parts, (0.0, 0.075, 0.0))
 
 
 def _fuselage() -> Iterator[Part]:
-    """Yield the cabin with its glazed nose, a white stripe, a side window and the engine's cowling."""
-    hull = ((-0.11, 0.145, 0.0, 0.0), (-0.1, 0.145, 0.06, 0.06), (-0.03, 0.135, 0.125, 0.125))
-    hull += ((0.06, 0.13, 0.15, 0.15), (0.13, 0.122, 0.135, 0.13), (0.175, 0.112, 0.07, 0.07))
-    yield rounded("toy-red", (*hull, (0.19, 0.108, 0.0, 0.0)))
-    nose = ((0.065, 0.15, 0.0, 0.0), (0.067, 0.15, 0.13, 0.115), (0.13, 0.136, 0.126, 0.112))
-    yield rounded("pane", (*nose, (0.17, 0.122, 0.08, 0.075), (0.19, 0.115, 0.0, 0.0)))
-    cowling = ((-0.08, 0.19, 0.0, 0.0), (-0.07, 0.19, 0.06, 0.03), (0.02, 0.2, 0.085, 0.06))
-    yield rounded("toy-white", (*cowling, (0.09, 0.195, 0.05, 0.04), (0.105, 0.195, 0.0, 0.0)))
-    yield box("pane", (0.147, 0.055, 0.05), (0.0, 0.02, 0.15))
-    yield box("toy-red", (0.15, 0.008, 0.05), (0.0, 0.02, 0.15))
+    """Yield the cabin with its glazed nose, a window on each side and the engine's cowling."""
+    yield rounded("toy-red", CABIN)
+    yield rounded("pane", GLAZING)
+    yield rounded("toy-white", COWLING)
+    yield box("pane", (0.167, 0.06, 0.052), (0.0, 0.0, 0.152))
+    yield box("toy-red", (0.169, 0.008, 0.052), (0.0, 0.0, 0.152))
 
 
 def _tail() -> Iterator[Part]:
     """Yield the boom, the fins and the tail rotor."""
-    boom = ((-0.36, 0.172, 0.022, 0.024), (-0.2, 0.165, 0.034, 0.038), (-0.05, 0.15, 0.07, 0.075))
-    yield rounded("toy-red", boom)
-    fin = ((0.0, -0.335, 0.165), (0.0, -0.355, 0.26))
-    yield swept("toy-white", fin, (0.018, 0.012))
+    yield rounded("toy-red", BOOM)
+    yield swept("toy-white", [(0.0, -0.335, 0.165), (0.0, -0.355, 0.26)], (0.018, 0.012))
     yield box("toy-white", (0.008, 0.05, 0.1), (0.0, -0.35, 0.21), (18.0, 0.0, 0.0))
     yield box("toy-white", (0.15, 0.035, 0.006), (0.0, -0.29, 0.172))
     yield rod("steel", 0.004, (0.0, -0.355, 0.205), (0.022, -0.355, 0.205))
