@@ -1,6 +1,6 @@
 """Draws whole data sets into folders, with several processes, and goes on where a run was stopped."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,8 @@ from convexperc.records import json_bytes
 from convexperc.simulation import case_study, physical
 from convexperc.simulation.catalogue import Catalogue, catalogue, mesh_sha256, object_of
 from convexperc.simulation.descriptions import scene_record
-from convexperc.simulation.drawing import Drawn, draw_reference, draw_scene, find_scene, sha256
-from convexperc.simulation.folder import close_folder, keep, kept_entry, open_folder
+from convexperc.simulation.drawing import draw_reference, draw_scene, find_scene, sha256
+from convexperc.simulation.folder import begin, close_folder, keep, open_folder, part_name
 from convexperc.simulation.frame import Frame
 from convexperc.simulation.layouts import SCENES
 from convexperc.simulation.light import BRIGHT
@@ -29,8 +29,6 @@ from convexperc.simulation.setting import LAB, PARK, Setting
 
 PROPOSE: dict[SetName, Propose] = {"physical": physical.proposals, "case-study": case_study.proposals}
 SETTINGS: dict[SetName, Setting] = {"physical": LAB, "case-study": PARK}
-REFERENCE = "reference-of-"
-"""Stands before an object's name where its reference is one part among scenes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +40,7 @@ class Written:
     manifest : mapping
         What ``manifest.json`` holds, plain JSON values.
     drawn : frozenset of str
-        Names of the scenes that were drawn now, and ``reference-of-`` objects; the others were there.
+        The parts that were drawn now, see `part_name`; the others were there.
     """
 
     manifest: Mapping[str, Any]
@@ -51,17 +49,16 @@ class Written:
     @property
     def pictures(self) -> int:
         """Number of views and references, without masks and overhead pictures."""
-        return self._count(lambda title: True)
+        return sum(self._counts().values())
 
     @property
     def drawn_pictures(self) -> int:
         """Number of those that were drawn now."""
-        return self._count(self.drawn.__contains__)
+        return sum(count for part, count in self._counts().items() if part in self.drawn)
 
-    def _count(self, counts: Callable[[str], bool]) -> int:
-        references = [counts(f"{REFERENCE}{one['object']}") for one in self.manifest["references"]]
-        views = [len(scene["views"]) for scene in self.manifest["scenes"] if counts(scene["name"])]
-        return sum(references) + sum(views)
+    def _counts(self) -> dict[str, int]:
+        parts = [*self.manifest["references"], *self.manifest["scenes"]]
+        return {part_name(entry): len(entry.get("views", [entry])) for entry in parts}
 
 
 def write_data_set(
@@ -104,30 +101,39 @@ def write_data_set(
         raise InputError("workers", value=workers, must="must be at least 1")
     objects = catalogue(meshes)
     head = request.record(engine(), objects)
-    open_folder(folder, head)
-    parts: list[tuple[str, Plan | None]] = [(name, None) for name in request.objects]
-    parts += list(request.plans())
-    entries: dict[str, dict[str, Any]] = {}
-    missing = []
-    for name, plan in parts:
-        title = _title(name, plan)
-        entry = kept_entry(folder, title)
-        if entry is None:
-            missing.append((name, plan))
-        else:
-            entries[title] = entry
-            if progress is not None:
-                progress(title, len(parts))
-    jobs = (delayed(_make)(folder, request, name, plan, {name: objects[name]}) for name, plan in missing)
-    for title, entry in Parallel(n_jobs=workers, return_as="generator_unordered")(jobs):
-        entries[title] = entry
-        if progress is not None:
-            progress(title, len(parts))
-    references = [entries[_title(name, None)] for name in request.objects]
-    scenes = [entries[plan.name] for _, plan in request.plans()]
-    manifest = {**head, "references": references, "scenes": scenes}
+    parts = _parts(request)
+    report = progress or (lambda part, count: None)
+    entries = {part: entry for part, entry in open_folder(folder, head).items() if part in parts}
+    missing = [part for part in parts if part not in entries]
+    for part in entries:
+        report(part, len(parts))
+    if missing:
+        begin(folder, head, entries)
+    jobs = (
+        delayed(_make)(folder, request, objects[name], plan) for name, plan in map(parts.__getitem__, missing)
+    )
+    for entry in Parallel(n_jobs=workers, return_as="generator_unordered")(jobs):
+        entries[part_name(entry)] = entry
+        report(part_name(entry), len(parts))
+    return _finish(folder, head, [entries[part] for part in parts], missing)
+
+
+def _parts(request: Request) -> dict[str, tuple[str, Plan | None]]:
+    """Return the object and, of a scene, the plan of each part of a data set, by the part's name."""
+    parts: dict[str, tuple[str, Plan | None]] = {
+        f"references/{name}": (name, None) for name in request.objects
+    }
+    return parts | {f"scenes/{plan.name}": (name, plan) for name, plan in request.plans()}
+
+
+def _finish(
+    folder: Path, head: Mapping[str, Any], entries: Sequence[dict[str, Any]], drawn: Iterable[str]
+) -> Written:
+    """Write the manifest."""
+    references = [entry for entry in entries if "views" not in entry]
+    manifest = {**head, "references": references, "scenes": [entry for entry in entries if "views" in entry]}
     close_folder(folder, manifest)
-    return Written(manifest, frozenset(_title(*part) for part in missing))
+    return Written(manifest, frozenset(drawn))
 
 
 def write_scene(
@@ -156,32 +162,20 @@ def write_scene(
     objects = catalogue(meshes)
     object_of(scene, objects)
     head = manifest_head("scene", scene.seed, [scene.object], frame, engine(), objects)
-    digest = sha256(json_bytes(scene_record(scene)))
-    open_folder(folder, head | {"description_sha256": digest})
-    reference = keep(folder, _title(scene.object, None), draw_reference(scene, frame, objects))
-    entry = keep(folder, scene.name, draw_scene(scene, frame, objects, level="as described"))
-    manifest = {**head, "references": [reference], "scenes": [entry]}
-    close_folder(folder, manifest)
-    return Written(manifest, frozenset({_title(scene.object, None), scene.name}))
+    head |= {"description_sha256": sha256(json_bytes(scene_record(scene)))}
+    begin(folder, head, open_folder(folder, head))
+    reference = keep(folder, draw_reference(scene, frame, objects))
+    entry = keep(folder, draw_scene(scene, frame, objects, level="as described"))
+    return _finish(folder, head, [reference, entry], [part_name(reference), part_name(entry)])
 
 
-def _title(name: str, plan: Plan | None) -> str:
-    """Name of a scene, or of an object's reference, among the records."""
-    return f"{REFERENCE}{name}" if plan is None else plan.name
-
-
-def _make(
-    folder: Path, request: Request, name: str, plan: Plan | None, objects: Catalogue
-) -> tuple[str, dict[str, Any]]:
+def _make(folder: Path, request: Request, thing: Model | MeshModel, plan: Plan | None) -> dict[str, Any]:
     """Draw one part and put it in its place; runs in a worker."""
-    thing = objects[name]
+    objects = {thing.name: thing}
     if plan is None:
-        drawn: Drawn = draw_reference(reference_scene(request.set, thing), request.frame, objects)
-    else:
-        found = PROPOSE[request.set](plan, thing)
-        drawn = find_scene(found, request.frame, objects, plan.level)
-    title = _title(name, plan)
-    return title, keep(folder, title, drawn)
+        return keep(folder, draw_reference(reference_scene(request.set, thing), request.frame, objects))
+    proposals = PROPOSE[request.set](plan, thing)
+    return keep(folder, find_scene(proposals, request.frame, objects, plan.level))
 
 
 def reference_scene(kind: SetName, thing: Model | MeshModel) -> Scene:

@@ -40,13 +40,14 @@ def apply_effects(
     if camera.noise > 0.0:
         random = np.random.default_rng([seed, zlib.crc32(name.encode())])
         levels = levels + camera.noise * random.standard_normal(levels.shape)
-    return np.rint(np.clip(levels, 0.0, 255.0)).astype(np.uint8)
+    picture: Picture = np.rint(np.clip(levels, 0.0, 255.0)).astype(np.uint8)
+    return picture
 
 
 def _light(levels: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:
     """Turn gray levels of sRGB (IEC 61966-2-1) into light, 1 at level 255."""
     share = levels / 255.0
-    return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return np.asarray(np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4))
 
 
 def _levels(light: Float[np.ndarray, "*shape"]) -> Float[np.ndarray, "*shape"]:

@@ -66,6 +66,15 @@ class MeshModel:
     sha256: str
 
 
+@dataclass(frozen=True, slots=True)
+class _Settings:
+    """What ``object.json`` may say."""
+
+    scale: float | None = None
+    up: str = "z"
+    turn: float = 0.0
+
+
 def read_meshes(folder: str | os.PathLike[str]) -> dict[str, MeshModel]:
     """Read every object of a folder of folders, by name.
 
@@ -96,24 +105,36 @@ def _read_object(folder: Path) -> MeshModel:
         raise InputError(f"mesh folder {folder.name}", value=value, must=must)
     texture = _content(textures[0]) if textures else None
     points = np.concatenate([_vertices(folder.name, *piece) for piece in pieces])
-    scale, up, turn = _settings(folder)
-    tip = Rotation.from_euler("x", 90.0 if up == "y" else 0.0, degrees=True)
-    rotation = Rotation.from_euler("z", turn, degrees=True) * tip
+    settings = _settings(folder)
+    tip = Rotation.from_euler("x", 90.0 if settings.up == "y" else 0.0, degrees=True)
+    rotation = Rotation.from_euler("z", settings.turn, degrees=True) * tip
     turned = rotation.apply(points)
     low, high = turned.min(axis=0), turned.max(axis=0)
     centre = np.array([*(low + high)[:2] / 2, low[2]])
     radius, height = float(np.hypot(*(turned - centre)[:, :2].T).max()), float(high[2] - low[2])
-    factor = _factor(folder.name, radius, height) if scale is None else scale
-    x, y, z, w = rotation.as_quat()
-    place = tuple(float(value) for value in -factor * centre)
-    said: dict[str, Any] = {"scale": factor, "up": up, "turn": turn}
+    factor = _factor(folder.name, radius, height) if settings.scale is None else float(settings.scale)
+    x, y, z, w = (float(value) for value in rotation.as_quat())
+    return MeshModel(
+        name=folder.name,
+        pieces=pieces,
+        texture=texture,
+        scale=factor,
+        rotation=(w, x, y, z),
+        position=tuple(float(value) for value in -factor * centre),
+        radius=factor * radius,
+        height=factor * height,
+        sha256=_hash(pieces, texture, settings, factor),
+    )
+
+
+def _hash(
+    pieces: tuple[tuple[str, bytes], ...], texture: bytes | None, settings: _Settings, factor: float
+) -> str:
+    """Return the hash of the files and of how they are placed."""
+    said: dict[str, Any] = {"scale": factor, "up": settings.up, "turn": float(settings.turn)}
     said["files"] = {name: hashlib.sha256(content).hexdigest() for name, content in pieces}
     said["texture"] = "" if texture is None else hashlib.sha256(texture).hexdigest()
-    return MeshModel(
-        name=folder.name, pieces=pieces, texture=texture, scale=factor,
-        rotation=(float(w), float(x), float(y), float(z)), position=place,
-        radius=factor * radius, height=factor * height, sha256=hashlib.sha256(json_bytes(said)).hexdigest(),
-    )  # fmt: skip
+    return hashlib.sha256(json_bytes(said)).hexdigest()
 
 
 def _content(path: Path) -> bytes:
@@ -139,25 +160,26 @@ def _vertices(folder: str, name: str, content: bytes) -> Float[np.ndarray, "poin
     return points
 
 
-def _settings(folder: Path) -> tuple[float | None, str, float]:
-    """Return scale, up and turn of ``object.json``, or what holds without it."""
+def _settings(folder: Path) -> _Settings:
+    """Return what ``object.json`` says, or what holds without it."""
     path = folder / SETTINGS
     if not path.exists():
-        return None, "z", 0.0
+        return _Settings()
     _, record = read_json(path)
-    place, defaults = f"{folder.name}/{SETTINGS}", {"scale": None, "up": "z", "turn": 0.0}
-    if not isinstance(record, dict) or not record.keys() <= defaults.keys():
-        raise FileFormatError(place, value=record, must="must be an object with no keys but scale, up, turn")
-    said = defaults | record
-    if said["up"] not in ("y", "z"):
-        raise FileFormatError(f"{place}: up", value=said["up"], must="must be 'y' or 'z'")
-    for key in ("scale", "turn"):
-        if key in record and type(record[key]) not in (int, float):
+    place = f"{folder.name}/{SETTINGS}"
+    if not isinstance(record, dict) or not record.keys() <= {"scale", "up", "turn"}:
+        must = "must be an object with no keys but scale, up and turn"
+        raise FileFormatError(place, value=record, must=must)
+    for key in record.keys() & {"scale", "turn"}:
+        if type(record[key]) not in (int, float):
             raise FileFormatError(f"{place}: {key}", value=record[key], must="must be a number")
-    if said["scale"] is not None:
-        check_range(f"{place}: scale", said["scale"], 1e-9, 1e9)
-    check_range(f"{place}: turn", said["turn"], -360.0, 360.0)
-    return said["scale"], said["up"], float(said["turn"])
+    said = _Settings(**record)
+    if said.up not in ("y", "z"):
+        raise FileFormatError(f"{place}: up", value=said.up, must="must be 'y' or 'z'")
+    if said.scale is not None:
+        check_range(f"{place}: scale", said.scale, 1e-9, 1e9)
+    check_range(f"{place}: turn", said.turn, -360.0, 360.0)
+    return said
 
 
 def _factor(name: str, radius: float, height: float) -> float:

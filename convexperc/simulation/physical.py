@@ -56,8 +56,9 @@ def proposals(plan: Plan, thing: Model | MeshModel) -> Iterator[Proposal | None]
     level = next(one for one in LEVELS if one.name == plan.level)
     random = np.random.default_rng(plan.seed)
     base = base_scene(plan, thing, LAB, random)
-    kinds: list[Obstruction] = ["partial"] * level.partial + ["full"] * level.full
-    kinds += ["none"] * (ROBOTS - len(kinds))
+    clear = ROBOTS - level.partial - level.full
+    counts: dict[Obstruction, int] = {"partial": level.partial, "full": level.full, "none": clear}
+    kinds = [kind for kind, count in counts.items() for _ in range(count)]
     while True:
         wanted = tuple(kinds[k] for k in random.permutation(ROBOTS))
         first = float(random.uniform(-180.0, 180.0))

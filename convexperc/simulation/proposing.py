@@ -10,7 +10,7 @@ from convexperc.simulation.camera import Camera
 from convexperc.simulation.light import LIGHTS, Light
 from convexperc.simulation.meshes import MeshModel
 from convexperc.simulation.objects import Model
-from convexperc.simulation.placing import hiding_obstacle, stand_apart
+from convexperc.simulation.placing import Cover, hiding_obstacle, stand_apart
 from convexperc.simulation.scenes import Obstacle, Robot, Scene
 from convexperc.simulation.setting import Setting
 
@@ -132,7 +132,7 @@ def hide(
     found = []
     for camera, kind in zip(cameras, wanted, strict=True):
         if kind in ("partial", "full"):
-            cover = "all" if kind == "full" else random.choice(["side", "side", "foot"])
+            cover: Cover = "all" if kind == "full" else ("side", "side", "foot")[int(random.integers(3))]
             one = hiding_obstacle(camera, thing.radius, thing.height, setting, random, cover)
             if one is None:
                 return None
