@@ -11,7 +11,7 @@ from joblib import Parallel, delayed
 from convexperc.errors import InputError
 from convexperc.records import json_bytes
 from convexperc.simulation import case_study, physical
-from convexperc.simulation.catalogue import Catalogue, catalogue, mesh_sha256, object_of
+from convexperc.simulation.catalogue import catalogue, mesh_sha256, object_of
 from convexperc.simulation.descriptions import scene_record
 from convexperc.simulation.drawing import draw_reference, draw_scene, find_scene, sha256
 from convexperc.simulation.folder import begin, close_folder, keep, open_folder, part_name
