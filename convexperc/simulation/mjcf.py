@@ -109,7 +109,7 @@ def _look(root: ET.Element, light: Light, reach: float, texels: int) -> None:
     ET.SubElement(visual, "headlight", glow)
     depth = {"znear": f"{0.02 / reach:g}", "zfar": f"{160 / reach:g}", "haze": "0.2"}
     ET.SubElement(visual, "map", depth, shadowclip="1", shadowscale="0.9")
-    fine = {"offsamples": "0", "numslices": "24", "numstacks": "12"}
+    fine = {"offsamples": "0", "numslices": "20", "numstacks": "8"}
     ET.SubElement(visual, "quality", fine, shadowsize=str(texels))
     ET.SubElement(visual, "rgba", haze=_numbers((*_lit((0.82, 0.88, 0.93), light.sky), 1.0)))
 
