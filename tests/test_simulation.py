@@ -34,7 +34,6 @@ from convexperc.simulation.backends import choose_backend
 from convexperc.simulation.case_study import GOOD_VIEWS, is_good
 from convexperc.simulation.effects import apply_effects
 from convexperc.simulation.mjcf import Group
-from convexperc.simulation.opengl import load_mujoco
 
 SAMPLE = importlib.resources.files("convexperc") / "sample"
 RECORD: dict[str, Any] = json.loads((SAMPLE / "manifest.json").read_text(encoding="utf-8"))
@@ -163,7 +162,7 @@ def test_without_a_library_the_error_names_the_system_package(monkeypatch, asked
 def test_an_unknown_backend_is_refused_by_name(monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "glfw")
     with pytest.raises(RenderingError, match=r"MUJOCO_GL must be egl, osmesa or unset; got 'glfw'"):
-        load_mujoco()
+        choose_backend()
 
 
 # Effects ---------------------------------------------------------------------------------------------------

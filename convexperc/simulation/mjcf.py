@@ -134,7 +134,7 @@ def _ground(world: ET.Element, light: Light, around: Surroundings, reach: float)
     direction = light.direction()
     sun = {"pos": _numbers(-1.5 * reach * direction), "dir": _numbers(direction)}
     sun |= {"diffuse": _numbers(light.sun), "specular": _numbers(0.75 * value for value in light.sun)}
-    ET.SubElement(world, "light", sun, name="sun", type="directional", castshadow="true")
+    ET.SubElement(world, "light", sun, name="sun", directional="true", castshadow="true")
     flat = {"type": "plane", "group": f"{Group.SURROUNDINGS:d}", "contype": "0", "conaffinity": "0"}
     height = _numbers((0.0, 0.0, around.ground_height))
     ET.SubElement(world, "geom", flat, name="ground", size="0 0 1", pos=height, material=around.ground)
