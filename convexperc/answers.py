@@ -195,5 +195,7 @@ class _Known:
         w, u = scaling.point(np.array(found.w[self.j]), found.u(self.j))
         shift = int(found.projection.exponents[self.j]) + found.projection.x - scaling.x - scaling.o
         b = np.ldexp(-2.0 * found.batch.Q[self.j], shift)
+        if found.lambdas[0] == 0.0 or found.lambdas[2] == 0.0:
+            b[:] = 0.0
         dual = 2.0 * (problem.X.T @ w - problem.o), b
         return Candidate(w, u, "stopped", int(found.batch.iterations[self.j]), dual)

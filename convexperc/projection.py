@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Int
 
 from convexperc.arrays import Matrix, real_array
 from convexperc.errors import ProblemError
+from convexperc.lasso_bounds import Distinct
 from convexperc.modalities import Modalities
 from convexperc.problem import Problem
 from convexperc.reduced_bounds import LARGEST, Shared
@@ -124,6 +125,11 @@ class Projection:
         lower[~self.sound], upper[~self.sound] = 0.0, np.inf
         return lower, upper
 
+    @cached_property
+    def distinct(self) -> Distinct:
+        """The views, equal ones taken together, for lambdas that make a lasso of the problem."""
+        return Distinct.of(self.X, self.shared)
+
     def zero_is_optimal(self, lambdas: tuple[float, float, float]) -> Bool[np.ndarray, " p"]:
         """Where lambda2 >= 2 ||X o_j||_inf is proved, so that w = u = 0 is an optimum."""
         size = np.abs(self.C) + 2.0 * self.shared.gamma * self.shared.rows
@@ -140,8 +146,7 @@ class Projection:
             found[:, 1] = np.ldexp(lambdas[1], -self.x - self.exponents)
             found[:, 2] = np.ldexp(lambdas[2], -2 * self.x - self.exponents)
         inside = (found >= 1.0 / LARGEST) & (found <= LARGEST)
-        if lambdas[1] == 0.0:
-            inside[:, 1] = True
+        inside[:, np.array(lambdas) == 0.0] = True
         return found, np.asarray(inside.all(axis=1))
 
 

@@ -26,7 +26,7 @@ def race(run: Run) -> None:
     if ready.size:
         order = ready[np.argsort(_estimate(run)[ready], kind="stable")]
         samples = SAMPLES * (run.projection.C.shape[1] + 1)
-        if not run.warm and samples * WORTH <= ready.size:
+        if not (run.warm or run.lasso) and samples * WORTH <= ready.size:
             chosen = _spread(order, samples)
             run.advance(chosen)
             _predict(run, chosen, np.setdiff1d(order, chosen, assume_unique=True))

@@ -85,7 +85,7 @@ class Bounds(NamedTuple):
         )  # fmt: skip
 
 
-class _Room(NamedTuple):
+class Room(NamedTuple):
     """Working memory: y, e, its error, b, its error, v (n,); z, Kb (m, n); norms and pulls (m,)."""
 
     y: Floats
@@ -104,7 +104,7 @@ class _Room(NamedTuple):
     pull: Floats
 
 
-class _Case(NamedTuple):
+class Case(NamedTuple):
     """One template and its answer."""
 
     c: Floats
@@ -115,7 +115,7 @@ class _Case(NamedTuple):
     q: Floats
 
 
-class _Value(NamedTuple):
+class Value(NamedTuple):
     """Of the loss: an upper bound; of F: bounds, and what storing u adds; sum_j |w_j| r_j + ||o||; c'w."""
 
     loss: float
@@ -128,20 +128,27 @@ class _Value(NamedTuple):
 
 @no_type_check
 @njit(cache=True)
+def new_room(n, m):
+    """Room for n views and m modalities."""
+    return Room(
+        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+        np.empty((m, n)), np.empty((m, n)), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m),
+    )  # fmt: skip
+
+
+@no_type_check
+@njit(cache=True)
 def judge(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
     """Fill in `bounds` for every template: C (p, n), targets (p,), lambdas (p, 3), W, Q (p, n), T (p, m)."""
     p, n = C.shape
     m = shared.K.shape[0]
-    room = _Room(
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
-        np.empty((m, n)), np.empty((m, n)), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m),
-    )  # fmt: skip
+    room = new_room(n, m)
     for j in range(p):
         bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
         bounds.zero_views[j, :] = False
         bounds.zero_modalities[j, :] = False
         if _in_range(lambdas[j], W[j], T[j], Q[j]):
-            case = _Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
+            case = Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
             _judge_one(shared, case, tolerance, room, bounds, j)
 
 
@@ -162,7 +169,7 @@ def _in_range(lambdas, w, t, q):
 @no_type_check
 @njit(cache=True)
 def _judge_one(shared, case, tolerance, room, bounds, j):
-    value = _value(shared, case, room)
+    value = value_bounds(shared, case, room)
     best = np.inf
     for kind in range(3):
         if kind == 0:
@@ -210,7 +217,7 @@ def _inner(x, y):
 
 @no_type_check
 @njit(cache=True)
-def _value(shared, case, room):
+def value_bounds(shared, case, room):
     """Bound F(w, u), and leave y, z, e, tau and the bounds of ||X_i'q|| in `room`."""
     c, target, lambdas, w, t, q = case
     n, m, g = w.size, t.size, shared.gamma
@@ -252,7 +259,7 @@ def _value(shared, case, room):
     lower = max(0.0, loss - error) + lambdas[0] * near + lambdas[1] * size + lambdas[2] * low
     upper = most + lambdas[0] * far + lambdas[1] * size + lambdas[2] * high
     stored = (lambdas[0] * (2.0 * np.sqrt(far) * spread + spread * spread) + lambdas[2] * moved) * (1.0 + g)
-    return _Value(
+    return Value(
         most, max(0.0, lower * (1.0 - g) - SMALL), (upper + stored) * (1.0 + g) + SMALL, stored, rho, linear
     )
 

@@ -241,8 +241,7 @@ def _fold_down(values: list[float]) -> float:
 def smallest_singular_value(X: Matrix, entry_error: float = 0.0) -> float:
     """A proved lower bound of sigma_min(X') for n <= d (0 where nothing can be proved).
 
-    Formula: X X' - c I has a Cholesky factor in floating point only if X X' >= (c - e) I, where
-    e = (gamma_d + 2 gamma_(n+1)) ||X||_F^2 bounds all rounding (Rump 2006).
+    Formula: sigma_min(X')^2 = lambda_min(X X'), whose rounding is at most gamma_d ||X||_F^2.
 
     Parameters
     ----------
@@ -257,14 +256,35 @@ def smallest_singular_value(X: Matrix, entry_error: float = 0.0) -> float:
         return 0.0
     gram = X @ X.T
     total = up(float(np.trace(gram)) * (1.0 + 4 * (n + d) * U))
-    error = (gamma(d + 2) + 4 * gamma(n + 4)) * total + n * d * (UNDERFLOW + entry_error * (1.0 + total))
-    if not math.isfinite(total) or error >= total:
+    error = gamma(d + 2) * total + n * d * (UNDERFLOW + entry_error * (1.0 + total))
+    return max(0.0, down(math.sqrt(smallest_eigenvalue(gram, error))))
+
+
+def smallest_eigenvalue(G: Matrix, error: float) -> float:
+    """A proved lower bound of lambda_min(A), ||A - G||_2 <= error (0 where nothing can be proved).
+
+    Formula: G - c I has a Cholesky factor in floating point only if G >= (c - e) I, where
+    e = 2 gamma_(n+1) trace(G) bounds all rounding (Rump 2006).
+
+    Parameters
+    ----------
+    G : float64 (n, n)
+        Its lower triangle is read.
+    error : float
+
+    Returns
+    -------
+    float
+    """
+    n = G.shape[0]
+    slack = error + 4 * gamma(n + 4) * up(float(np.trace(G)) * (1.0 + 4 * n * U))
+    if not math.isfinite(slack):
         return 0.0
     try:
-        shift = 0.5 * float(np.linalg.eigvalsh(gram)[0])
-        if not shift > 4 * error:
+        shift = 0.5 * float(np.linalg.eigvalsh(G)[0])
+        if not shift > 4 * slack:
             return 0.0
-        np.linalg.cholesky(gram - shift * np.eye(n))
+        np.linalg.cholesky(G - shift * np.eye(n))
     except np.linalg.LinAlgError:
         return 0.0
-    return max(0.0, down(math.sqrt(down(shift - 2 * error))))
+    return max(0.0, down(shift - 2 * slack))

@@ -12,11 +12,12 @@ from jaxtyping import Bool, Float, Int
 from convexperc.answers import Answers, Stages, within
 from convexperc.arrays import nonnegative_number
 from convexperc.errors import PointError, ProblemError
+from convexperc.lasso_bounds import judge_merged
 from convexperc.projection import Projection
 from convexperc.reduced_bounds import Bounds, judge
 from convexperc.solution import Solution
 from convexperc.solvers.interface import Solver
-from convexperc.solvers.newton import Batch, Newton, Start
+from convexperc.solvers.newton import Batch, Newton, Start, lassos
 from convexperc.solvers.newton_kernel import Race
 from convexperc.solving import solve
 
@@ -36,6 +37,11 @@ def read_lambdas(lambda1: Any, lambda2: Any, lambda3: Any) -> Lambdas:
         nonnegative_number(lambda2, "lambda2"),
         nonnegative_number(lambda3, "lambda3"),
     )
+
+
+def _is_lasso(lambdas: Lambdas) -> bool:
+    """Whether the coupling costs nothing, so that F* is that of a lasso; see `convexperc.lasso_bounds`."""
+    return lambdas[0] == 0.0 or lambdas[2] == 0.0
 
 
 class _Values(NamedTuple):
@@ -100,9 +106,12 @@ class Run:
         absolute = nonnegative_number(absolute_tolerance, "absolute_tolerance", error=PointError)
         (p, n), m = projection.C.shape, len(projection.modalities)
         normalised, inside = projection.lambdas(lambdas)
+        ready = projection.sound & inside
+        if _is_lasso(lambdas) and not projection.distinct.floor > 0.0:
+            ready[:] = False
         batch = Batch(np.zeros((p, n)), np.zeros((p, m)), np.zeros((p, n)), np.zeros(p, dtype=np.int64))
         run = cls(
-            projection, lambdas, normalised, projection.sound & inside, batch, Bounds.unknown(p, n, m),
+            projection, lambdas, normalised, ready, batch, Bounds.unknown(p, n, m),
             relative, absolute, start is not None,
         )  # fmt: skip
         if start is not None:
@@ -122,6 +131,11 @@ class Run:
         self.batch.W[:] = np.where(np.isfinite(W), W, 0.0)
         self.batch.T[:] = np.where(np.isfinite(T), T, 0.0)
 
+    @property
+    def lasso(self) -> bool:
+        """Whether the lambdas make a lasso in w of the problem."""
+        return _is_lasso(self.lambdas)
+
     def advance(self, chosen: Chosen, ceiling: float | None = None) -> None:
         """Solve the chosen templates from the reduced data, and prove what can be proved.
 
@@ -130,6 +144,11 @@ class Run:
         if chosen.size == 0:
             return
         began, data = time.perf_counter(), self.projection
+        if self.lasso:
+            found = lassos(data.distinct, data.C[chosen], self.normalised[chosen], len(data.modalities))
+            self.solving += time.perf_counter() - began
+            self.prove(chosen, found)
+            return
         n = data.C.shape[1]
         start = Start(self.batch.W[chosen], self.batch.T[chosen]) if self.warm else None
         solver = Newton(tolerance=max(SHARE * self.relative_tolerance, 1e-13))
@@ -149,11 +168,13 @@ class Run:
         Without `thorough`, the first dual point is tried alone.
         """
         began, data = time.perf_counter(), self.projection
-        bounds = Bounds.unknown(chosen.size, data.C.shape[1], len(data.modalities))
-        judge(
-            data.shared, data.C[chosen], data.targets[chosen], self.normalised[chosen],
-            found.W, found.T, found.Q, self.relative_tolerance if thorough else math.inf, bounds,
-        )  # fmt: skip
+        given = data.shared, data.C[chosen], data.targets[chosen], self.normalised[chosen]
+        if self.lasso:
+            bounds = judge_merged(data.distinct, *given, found.W, found.T, found.Q)
+        else:
+            bounds = Bounds.unknown(chosen.size, data.C.shape[1], len(data.modalities))
+            tolerance = self.relative_tolerance if thorough else math.inf
+            judge(*given, found.W, found.T, found.Q, tolerance, bounds)
         for mine, new in zip(self.bounds, bounds, strict=True):
             mine[chosen] = new
         for name in ("W", "T", "Q", "iterations"):

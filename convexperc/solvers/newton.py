@@ -6,12 +6,13 @@ import numpy as np
 from jaxtyping import Float
 
 from convexperc.arrays import Matrix, Vector
+from convexperc.lasso_bounds import Distinct
 from convexperc.problem import Problem
 from convexperc.reduced_bounds import Shared
 from convexperc.reduction import Reduction
 from convexperc.solution import Candidate
 from convexperc.solvers.newton_kernel import Race, Rules, solve_batch
-from convexperc.solvers.quadratic import lasso
+from convexperc.solvers.quadratic import lasso, lasso_batch
 
 NO_RACE = Race(np.empty(0), np.inf, 0.0)
 
@@ -143,6 +144,42 @@ class Newton:
             u = np.linalg.lstsq(X, w, rcond=None)[0]
             b = -2.0 * problem.lambda1 * (w - basis @ (basis.T @ w))
         return Candidate(w, u, "stopped", 1, (2.0 * (X.T @ w - o), b))
+
+
+def lassos(
+    distinct: Distinct, C: Float[np.ndarray, "p n"], lambdas: Float[np.ndarray, "p 3"], m: int
+) -> Batch:
+    """Answer all templates of a frame where the coupling costs nothing: lambda1 = 0 or lambda3 = 0.
+
+    Parameters
+    ----------
+    distinct : Distinct
+        Its views must be proved to be independent.
+    C : float64 (p, n)
+        Row j is X o_j.
+    lambdas : float64 (p, 3)
+    m : int
+        Number of modalities.
+
+    Returns
+    -------
+    Batch
+        With lambda1 = 0, u = 0; with lambda3 = 0, u = X'q where Xu = w.
+    """
+    p, H, merged = C.shape[0], distinct.shared.G, distinct.merged(C)
+    W = np.zeros_like(merged)
+    weighted = lambdas[:, 1] > 0.0
+    if not weighted.all():
+        W[~weighted] = np.linalg.solve(H, merged[~weighted].T).T
+    if weighted.any():
+        found = np.zeros((int(weighted.sum()), W.shape[1]))
+        lasso_batch(2.0 * H, -2.0 * merged[weighted], lambdas[weighted, 1], found)
+        W[weighted] = found
+    spread, iterations = distinct.spread(W), np.ones(p, dtype=np.int64)
+    if not lambdas[:, 0].any():
+        return Batch(spread, np.zeros((p, m)), np.zeros_like(spread), iterations)
+    Q = np.linalg.solve(H, (W / distinct.counts).T).T
+    return Batch(spread, np.ones((p, m)), distinct.spread(Q), iterations)
 
 
 def _range_basis(X: Matrix) -> Float[np.ndarray, "n r"]:

@@ -210,3 +210,17 @@ def lasso(H, h, weight, z):
     model.h[:] = h
     minimise(model, weight, 0.0, h.size, h.size)
     copy(model.z, z)
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def lasso_batch(H, hs, weights, Z):
+    """`lasso` for every row of hs (p, n) and Z (p, n), with weights (p,); H is shared."""
+    model = new_model(H.shape[0])
+    model.H[:] = H
+    for j in range(hs.shape[0]):
+        model.h[:] = hs[j]
+        model.start[:] = 0.0
+        model.counts[:] = 0
+        minimise(model, weights[j], 0.0, H.shape[0], H.shape[0])
+        copy(model.z, Z[j])

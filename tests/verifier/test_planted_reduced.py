@@ -132,10 +132,10 @@ def broken_enclosures(module: ModuleType, case: Case, signs: tuple[int, int]) ->
     problem, reduction = case.problem, case.reduction
     shared, c, target = disturbed(module, case, GAMMA, signs)
     n, m = problem.n, len(shared.K)
-    room = module._Room(*(np.empty(n) for _ in range(7)), *(np.empty((m, n)) for _ in range(2)),
+    room = module.Room(*(np.empty(n) for _ in range(7)), *(np.empty((m, n)) for _ in range(2)),
                         *(np.empty(m) for _ in range(5)))  # fmt: skip
-    given = module._Case(c, target, np.array(problem.lambdas), case.w, case.t, case.q)
-    value = module._value(shared, given, room)
+    given = module.Case(c, target, np.array(problem.lambdas), case.w, case.t, case.q)
+    value = module.value_bounds(shared, given, room)
     y, z = reduction.G @ case.w - problem.X @ problem.o, reduction.K @ case.q
     norms = np.sqrt(np.einsum("i,ji->j", case.q, z))
     e = case.t @ z - case.w
