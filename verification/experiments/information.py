@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import entropy
+from scipy.special import entr
 
 from convexperc.images import GrayPicture
 
@@ -26,5 +26,5 @@ def mutual_information(a: GrayPicture, b: GrayPicture) -> float:
     cells = (a.astype(np.intp) * BINS // 256) * BINS + b.astype(np.intp) * BINS // 256
     joint: NDArray[np.float64] = np.bincount(cells.ravel(), minlength=BINS * BINS) / cells.size
     table = joint.reshape(BINS, BINS)
-    alone = entropy(table.sum(axis=1), base=2) + entropy(table.sum(axis=0), base=2)
-    return max(0.0, float(alone - entropy(joint, base=2)))
+    alone = entr(table.sum(axis=1)).sum() + entr(table.sum(axis=0)).sum()
+    return max(0.0, float(alone - entr(joint).sum()) / np.log(2.0))

@@ -7,7 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc import recognize
-from convexperc.recognition import Recognition, Verdict
+from convexperc.certificate import ABSOLUTE, RELATIVE
+from convexperc.projection import Projection
+from convexperc.race import race
+from convexperc.recognition import Recognition, Verdict, decide
+from convexperc.run import Run
 from verification.experiments.design import SETTINGS, Design, Pair
 from verification.experiments.pictures import Layout
 from verification.experiments.subsets import Subset, drawn, of_grid
@@ -160,14 +164,17 @@ def _scene(
 
 
 def recognitions(X: Floats, known: Known, pairs: Iterable[Pair]) -> Iterator[Recognition]:
-    """Recognise one set of views under each (lambda2, lambda3)."""
+    """Recognise one set of views under each (lambda2, lambda3), as `recognize` does.
+
+    The data are read once; a verdict that is open is left to `recognize`, which narrows the intervals.
+    """
+    projection = Projection.of(X, known.O, known.sizes)
+    robots = tuple(f"robot {number}" for number in range(1, len(X) + 1))
     for lambda2, lambda3 in pairs:
-        yield recognize(
-            X,
-            known.O,
-            names=known.names,
-            lambda1=known.lambda1,
-            lambda2=lambda2,
-            lambda3=lambda3,
-            modalities=known.sizes,
-        )
+        run = Run.of(projection, (known.lambda1, lambda2, lambda3), RELATIVE, ABSOLUTE)
+        race(run)
+        found = decide(run.answers(), known.names, robots)
+        if found.verdict is Verdict.UNDECIDED:
+            lambdas = {"lambda1": known.lambda1, "lambda2": lambda2, "lambda3": lambda3}
+            found = recognize(X, known.O, names=known.names, modalities=known.sizes, **lambdas)
+        yield found
