@@ -76,6 +76,13 @@ class SolverName(StrEnum):
     QP = "qp"
 
 
+class DecisionName(StrEnum):
+    """What decides the label; see `convexperc.decision`."""
+
+    OBJECTIVE = "objective"
+    EXPLAINED_SHARE = "explained-share"
+
+
 Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the full record as JSON.")]
 Problem = Annotated[Path, typer.Argument(metavar="PROBLEM", help="Problem file (JSON).")]
 
@@ -117,7 +124,7 @@ def convexperc(
 
 @app.command(epilog=EPILOG)
 @_exits
-def recognize(
+def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     references: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Folder with one picture of each object, named by its label."),
@@ -134,6 +141,10 @@ def recognize(
     lambda1: Annotated[float, typer.Option(help="Weight of the coupling of views and features.")] = 0.1,
     lambda2: Annotated[float, typer.Option(help="Weight of the selection of views.")] = 0.1,
     lambda3: Annotated[float, typer.Option(help="Weight of the selection of modalities.")] = 0.1,
+    decide: Annotated[
+        DecisionName,
+        typer.Option(help="What decides: the lowest optimum, or the largest share of ||o||^2 explained."),
+    ] = DecisionName.OBJECTIVE,
     json: Json = None,
     figure: Annotated[
         Path | None, typer.Option("--picture", metavar="FILE", help="Draw the outcome: .png or .svg.")
@@ -164,8 +175,9 @@ def recognize(
         prepared = perception.References.of(known, chosen)
         expect(len(known))
         recognition = perception.perceive(
-            seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False, progress=step
-        )
+            seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
+            decision=decide.value.replace("-", " "), progress=step,
+        )  # fmt: skip
     if json is not None:
         _write(json, records.recognition_record(recognition, chosen))
     if figure is not None and kind is not None:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from convexperc.decision import Decision
 from convexperc.errors import ImageError, InputError
 from convexperc.features import FeatureConfiguration
 from convexperc.features.extraction import extract
@@ -114,6 +115,7 @@ def perceive(
     solver: Solver | None = None,
     prune: bool = True,
     start: Recognition | None = None,
+    decision: Decision | str = Decision.OBJECTIVE,
     progress: Callable[[str], None] | None = None,
 ) -> Recognition:
     """Recognise the object that the views show.
@@ -123,7 +125,7 @@ def perceive(
     views : mapping of str to uint8 (h, w, 3)
         Each robot's name and picture; one view is enough.
     references : References
-    lambda1, lambda2, lambda3, solver, prune, start, progress
+    lambda1, lambda2, lambda3, solver, prune, start, decision, progress
         See `recognize`.
 
     Returns
@@ -149,6 +151,7 @@ def perceive(
         solver=solver,
         prune=prune,
         start=start,
+        decision=decision,
         progress=progress,
     )
 

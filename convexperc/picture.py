@@ -18,6 +18,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from convexperc.decision import Decision
 from convexperc.errors import InputError
 from convexperc.images import MIN_SIDE, Picture, resize
 from convexperc.recognition import Ranked, Recognition
@@ -192,14 +193,17 @@ def _modalities(sheet: _Sheet, ranking: tuple[Ranked, ...], best: str) -> None:
 
 
 def _objectives(sheet: _Sheet, recognition: Recognition) -> None:
-    rows = sorted(recognition.templates, key=lambda template: template.interval[1])[:MOST_BARS]
+    rows = sorted(recognition.templates, key=lambda template: template.cost[1])[:MOST_BARS]
     left, label, numbers, top = 4.6, 1.55, 2.25, sheet.panels + 0.35
     width = WIDTH - MARGIN - left
-    sheet.text(left, sheet.panels + 0.2, "Optimum F* of each object, lowest first", 10.0, weight="bold")
+    heading = "Optimum F* of each object, lowest first"
+    if recognition.decision is Decision.EXPLAINED_SHARE:
+        heading = "Share F*/||o||² that each object leaves, lowest first"
+    sheet.text(left, sheet.panels + 0.2, heading, 10.0, weight="bold")
     sheet.text(left + width - 0.78, sheet.panels + 0.2, "proved within", 8.0, color=QUIET)
     axes = sheet.axes(left + label, top, width - label - numbers, ROW * len(rows))
     for row, template in enumerate(rows):
-        lower, upper = template.interval
+        lower, upper = template.cost
         color = ACCENT if template.name in recognition.candidates else QUIET
         axes.plot([0, lower], [row, row], color=LINE, linewidth=1.2, zorder=1)
         ends = [[upper - lower], [0.0]]

@@ -10,6 +10,7 @@ import time
 import numpy as np
 from jaxtyping import Float, Int
 
+from convexperc.decision import Decision
 from convexperc.run import Run
 from convexperc.solvers.newton import Batch
 
@@ -19,35 +20,37 @@ WORTH = 8
 """Predict where the library has this many times the templates that are solved for it."""
 
 
-def race(run: Run) -> None:
+def race(run: Run, decision: Decision = Decision.OBJECTIVE) -> None:
     """Leave in `run` at least one certified answer, and every other one certified or excluded by proof."""
     ready = run.ready.nonzero()[0]
     run.fall_back((~run.ready).nonzero()[0])
     if ready.size:
-        order = ready[np.argsort(_estimate(run)[ready], kind="stable")]
+        order = ready[np.argsort(_estimate(run, decision)[ready], kind="stable")]
         samples = SAMPLES * (run.projection.C.shape[1] + 1)
         if not (run.warm or run.lasso) and samples * WORTH <= ready.size:
             chosen = _spread(order, samples)
             run.advance(chosen)
             _predict(run, chosen, np.setdiff1d(order, chosen, assume_unique=True))
-        lower, upper = run.intervals()
+        lower, upper = run.costs(decision)
         left = order[~run.certified()[order] & (lower[order] <= upper.min())]
-        run.advance(left[np.argsort(lower[left], kind="stable")], ceiling=float(upper.min()))
-    run.fall_back(_doubtful(run))
+        run.advance(left[np.argsort(lower[left], kind="stable")], float(upper.min()), decision)
+    run.fall_back(_doubtful(run, decision))
 
 
-def _doubtful(run: Run) -> Int[np.ndarray, " k"]:
+def _doubtful(run: Run, decision: Decision) -> Int[np.ndarray, " k"]:
     """Templates that are neither excluded nor certified."""
-    lower, upper = run.intervals()
+    lower, upper = run.costs(decision)
     return np.flatnonzero((lower <= upper.min()) & ~run.certified())
 
 
-def _estimate(run: Run) -> Float[np.ndarray, " p"]:
-    """A guess at every F*, only to order the templates: what ridge regression on the views leaves."""
+def _estimate(run: Run, decision: Decision) -> Float[np.ndarray, " p"]:
+    """A guess at every cost, only to order the templates: what ridge regression on the views leaves."""
     data = run.projection
     ridge = data.shared.G.copy()
     ridge.flat[:: ridge.shape[0] + 1] += run.normalised[0, 0] + 1e-9 * ridge.shape[0]
     explained = np.einsum("pn,np->p", data.C, np.linalg.solve(ridge, data.C.T))
+    if decision is Decision.EXPLAINED_SHARE:
+        return np.asarray(1.0 - explained / np.where(data.sound, data.targets, 1.0))
     return np.asarray(np.ldexp(data.targets - explained, 2 * data.exponents))
 
 

@@ -13,6 +13,7 @@ from convexperc.answers import Answers
 from convexperc.arrays import FeatureVector, Vector, euclidean_length, real_array
 from convexperc.certificate import ABSOLUTE, RELATIVE
 from convexperc.critical import zero_is_optimal
+from convexperc.decision import Decision, costs
 from convexperc.enclosure import enclose, finite_start
 from convexperc.errors import ProblemError
 from convexperc.projection import Projection
@@ -24,6 +25,8 @@ from convexperc.symmetry import interchangeable
 
 NARROW = 1e-30
 """Relative width asked of overlapping intervals; what is reported is limited by float64, about 1e-16."""
+SHORT, SLACK = 1e-140, 2.0**-30
+"""Lengths below this, or above its inverse, are not squared; relative error charged to those that are."""
 NORM_FACTOR = 1.1
 """Templates whose norms differ by more than this factor are warned about: F* <= ||o||^2, so a short template
 wins by its length."""
@@ -51,13 +54,16 @@ class Template:
     index : int
         Its place in `answers`.
     excluded : bool
-        Proved not to have the lowest optimum; it may then have been left without a certified answer.
+        Proved not to be the best; it may then have been left without a certified answer.
+    cost : (float, float)
+        Proved bounds of what decides, the lowest being best: F*, or F* / ||o||^2.
     """
 
     name: str
     answers: Answers
     index: int
     excluded: bool
+    cost: tuple[float, float]
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -126,7 +132,7 @@ class Recognition:
     label : str or None
         The recognised object; None unless the verdict is `PROVED`.
     candidates : tuple of str
-        The templates that may have the lowest optimum, best first.
+        The templates that may be the best, best first.
     reason : str
         Why the verdict is what it is.
     names : tuple of str
@@ -137,6 +143,8 @@ class Recognition:
         Names of the robots, in the order of the rows of X.
     warnings : tuple of str
         What a user should know before trusting the label.
+    decision : Decision
+        What the templates are compared by.
     """
 
     verdict: Verdict
@@ -147,11 +155,18 @@ class Recognition:
     answers: Answers
     views: tuple[str, ...]
     warnings: tuple[str, ...]
+    decision: Decision = Decision.OBJECTIVE
+
+    @property
+    def costs(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
+        """Proved bounds of what decides, the lowest being best: F*, or F* / ||o||^2."""
+        return _costs(self.answers, self.decision)
 
     @property
     def excluded(self) -> Bool[np.ndarray, " p"]:
-        """Which templates are proved not to have the lowest optimum."""
-        return np.asarray(self.answers.lower > self.answers.upper.min())
+        """Which templates are proved not to be the best."""
+        lower, upper = self.costs
+        return np.asarray(lower > upper.min())
 
     @property
     def certified(self) -> bool:
@@ -161,16 +176,18 @@ class Recognition:
     @property
     def templates(self) -> tuple[Template, ...]:
         """All templates, in the order given."""
-        excluded = self.excluded.tolist()
-        return tuple(Template(name, self.answers, j, excluded[j]) for j, name in enumerate(self.names))
+        excluded, (lower, upper) = self.excluded.tolist(), self.costs
+        return tuple(
+            Template(name, self.answers, j, excluded[j], (float(lower[j]), float(upper[j])))
+            for j, name in enumerate(self.names)
+        )
 
     def template(self, name: str | None = None) -> Template:
         """One template by its name; without one, the first candidate."""
         wanted = self.candidates[0] if name is None else name
         if wanted not in self.names:
             raise ProblemError("template", value=wanted, must=f"must be one of {list(self.names)}")
-        j = self.names.index(wanted)
-        return Template(wanted, self.answers, j, bool(self.excluded[j]))
+        return self.templates[self.names.index(wanted)]
 
     def ranked_views(self, name: str | None = None) -> tuple[Ranked, ...]:
         """Robots by |w_i|, largest first, for one template (default: the first candidate)."""
@@ -207,6 +224,7 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     escalate: bool = True,
     prune: bool = True,
     start: Recognition | None = None,
+    decision: Decision | str = Decision.OBJECTIVE,
     relative_tolerance: float = RELATIVE,
     absolute_tolerance: float = ABSOLUTE,
     progress: Callable[[str], None] | None = None,
@@ -235,6 +253,8 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
         Solve only the templates that lower bounds do not exclude.
     start : Recognition, optional
         That of the last frame, with as many robots, modalities and templates.
+    decision : {"objective", "explained share"} or Decision
+        What the templates are compared by: F*, as in the paper, or the share of ||o||^2 that is explained.
     relative_tolerance, absolute_tolerance : float
         See `convexperc.certificate.Certificate`.
     progress : callable, optional
@@ -247,7 +267,7 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     Raises
     ------
     ProblemError, ModalityError
-        See `Problem`; also no reference at all, or names that do not fit.
+        See `Problem`; also no reference at all, names that do not fit, or no such decision.
     SolverError
         The named solver gave no point for a template.
 
@@ -257,7 +277,7 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     """
     if isinstance(references, Mapping):
         names, references = tuple(references), _columns(X, references)
-    lambdas = read_lambdas(lambda1, lambda2, lambda3)
+    lambdas, rule = read_lambdas(lambda1, lambda2, lambda3), Decision.of(decision)
     projection = Projection.of(X, references, modalities)
     robots = _names(views, projection.C.shape[1], "robot", "views", "rows of X")
     objects = _names(names, projection.p, "object", "names", "columns")
@@ -266,15 +286,15 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     if solver is not None:
         run.fall_back(np.arange(len(objects)), solver, escalate=escalate)
     elif prune:
-        race(run)
+        race(run, rule)
     else:
         run.finish()
     if progress is not None:
         for name in objects:
             progress(name)
-    found = decide(run.answers(), objects, robots)
+    found = decide(run.answers(), objects, robots, rule)
     if escalate and found.verdict is Verdict.UNDECIDED:
-        return decide(_narrowed(found), objects, robots)
+        return decide(_narrowed(found), objects, robots, rule)
     return found
 
 
@@ -314,7 +334,24 @@ def _narrowed(found: Recognition) -> Answers:
     return replace(found.answers, lower=lower, upper=upper)
 
 
-def decide(answers: Answers, names: tuple[str, ...], views: tuple[str, ...]) -> Recognition:
+def _costs(answers: Answers, decision: Decision) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
+    """Bounds of what decides; squared lengths that the projection does not bound are computed one by one."""
+    data = answers.projection
+    least, most = (bound.copy() for bound in data.squares)
+    if decision is Decision.EXPLAINED_SHARE:
+        for j in (~data.sound).nonzero()[0].tolist():
+            length = euclidean_length(data.template(j))
+            if length == 0.0 or SHORT < length < 1.0 / SHORT:
+                least[j], most[j] = length**2 * (1.0 - SLACK), length**2 * (1.0 + SLACK)
+    return costs(decision, (answers.lower, answers.upper), (least, most))
+
+
+def decide(
+    answers: Answers,
+    names: tuple[str, ...],
+    views: tuple[str, ...],
+    decision: Decision = Decision.OBJECTIVE,
+) -> Recognition:
     """Draw the verdict from the intervals alone.
 
     Parameters
@@ -322,25 +359,29 @@ def decide(answers: Answers, names: tuple[str, ...], views: tuple[str, ...]) -> 
     answers : Answers
     names, views : tuple of str
         Of the templates and of the robots.
+    decision : Decision
 
     Returns
     -------
     Recognition
     """
-    rivals = (answers.lower <= answers.upper.min()).nonzero()[0]
-    rivals = rivals[np.argsort(answers.upper[rivals], kind="stable")]
+    lower, upper = _costs(answers, decision)
+    rivals = (lower <= upper.min()).nonzero()[0]
+    rivals = rivals[np.argsort(upper[rivals], kind="stable")]
     candidates = tuple(names[j] for j in rivals)
-    warnings = _norm_warning(answers, names)
+    warnings = _norm_warning(answers, names) if decision is Decision.OBJECTIVE else ()
 
     def verdict(kind: Verdict, reason: str) -> Recognition:
         label = candidates[0] if kind is Verdict.PROVED else None
-        return Recognition(kind, label, candidates, reason, names, answers, views, warnings)
+        return Recognition(kind, label, candidates, reason, names, answers, views, warnings, decision)
 
     if len(names) > 1 and _all_zero(answers):
         candidates = names
         reason = "every optimum is w = u = 0, so that F* = ||o||^2 says nothing of the views; lower lambda2"
         return verdict(Verdict.TIE, reason)
     if len(rivals) == 1:
+        if decision is Decision.EXPLAINED_SHARE:
+            return verdict(Verdict.PROVED, "more of it is explained than of every other one, by proof")
         return verdict(Verdict.PROVED, "its optimum lies below every other one, by proof")
     data = answers.projection
     first = data.template(int(rivals[0]))
@@ -377,5 +418,5 @@ def _norm_warning(answers: Answers, names: tuple[str, ...]) -> tuple[str, ...]:
     return (
         f"the norms of the templates differ by more than a factor of {NORM_FACTOR}: {names[short]} has "
         f"{norms[short]:.4g}, {names[long]} has {norms[long]:.4g}. F* <= ||o||^2 favours the short one; "
-        "normalise the features.",
+        "normalise the features, or decide by the explained share.",
     )

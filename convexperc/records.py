@@ -96,11 +96,12 @@ def recognition_record(
 ) -> dict[str, Any]:
     """Plain JSON values of a recognition: the verdict, the ranking for the best template, every interval.
 
-    A template that was excluded before it was certified has no solution. `configuration` says what the
-    features were made of, if they were made of pictures.
+    ``cost`` is what decides, the lowest being best. A template that was excluded before it was certified has
+    no solution. `configuration` says what the features were made of, if they were made of pictures.
     """
     return {
-        "schema": "convexperc/recognition/2",
+        "schema": "convexperc/recognition/3",
+        "decision": recognition.decision.value,
         "verdict": recognition.verdict.value,
         "label": recognition.label,
         "candidates": list(recognition.candidates),
@@ -220,6 +221,7 @@ def _template(template: Template) -> dict[str, Any]:
     lower, upper = template.interval
     record = {"name": template.name, "excluded": template.excluded, "status": template.status.value}
     record |= {"lower": _exact(lower), "upper": _exact(upper)}
+    record |= {"cost": {"lower": _exact(template.cost[0]), "upper": _exact(template.cost[1])}}
     if template.excluded and template.status is Status.NOT_CERTIFIED:
         return record | {"solution": None}
     return record | {"solution": solution_record(template.solution)}

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from convexperc.answers import Answers, Stages, within
 from convexperc.arrays import nonnegative_number
+from convexperc.decision import Decision, costs
 from convexperc.errors import PointError, ProblemError
 from convexperc.lasso_bounds import judge_merged
 from convexperc.projection import Projection
@@ -136,10 +137,12 @@ class Run:
         """Whether the lambdas make a lasso in w of the problem."""
         return _is_lasso(self.lambdas)
 
-    def advance(self, chosen: Chosen, ceiling: float | None = None) -> None:
+    def advance(
+        self, chosen: Chosen, ceiling: float | None = None, decision: Decision = Decision.OBJECTIVE
+    ) -> None:
         """Solve the chosen templates from the reduced data, and prove what can be proved.
 
-        With a `ceiling`, one that is seen to lie above it, or above an earlier one, is given up.
+        With a `ceiling`, one whose cost is seen to lie above it, or above an earlier one, is given up.
         """
         if chosen.size == 0:
             return
@@ -155,12 +158,19 @@ class Run:
         clipped = np.minimum(self.normalised[chosen], [np.inf, 4.0, 8.0 * n])
         contest = None
         if ceiling is not None:
-            largest = int(data.exponents.max())
-            units = np.ldexp(1.0, 2 * (data.exponents[chosen] - largest))
-            contest = Race(units, math.ldexp(ceiling, -2 * largest), MARGIN)
+            contest = self._contest(chosen, ceiling, decision)
         found = solver.batch(data.shared, data.C[chosen], data.targets[chosen], clipped, start, contest)
         self.solving += time.perf_counter() - began
         self.prove(chosen, found)
+
+    def _contest(self, chosen: Chosen, ceiling: float, decision: Decision) -> Race:
+        """The ceiling in units that all templates share."""
+        data = self.projection
+        if decision is Decision.EXPLAINED_SHARE:
+            return Race(1.0 / data.targets[chosen], ceiling, MARGIN)
+        largest = int(data.exponents.max())
+        units = np.ldexp(1.0, 2 * (data.exponents[chosen] - largest))
+        return Race(units, math.ldexp(ceiling, -2 * largest), MARGIN)
 
     def prove(self, chosen: Chosen, found: Batch, *, thorough: bool = True) -> None:
         """Keep what is found for the chosen templates together with its bounds.
@@ -207,6 +217,10 @@ class Run:
     def intervals(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
         """Proved bounds of every F*, on the original data."""
         return self._values.lower, self._values.upper
+
+    def costs(self, decision: Decision) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
+        """Proved bounds of what decides; see `convexperc.decision`."""
+        return costs(decision, self.intervals(), self.projection.squares)
 
     def certified(self) -> Bool[np.ndarray, " p"]:
         """Which answers are proved to be within the tolerances."""

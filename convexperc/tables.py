@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from convexperc.certificate import Certificate
     from convexperc.optimality import OptimalityResidual
     from convexperc.problem import Problem
-    from convexperc.recognition import Ranked, Recognition
+    from convexperc.recognition import Ranked, Recognition, Template
     from convexperc.solution import Solution
 
 MOST_ROWS = 30
@@ -35,16 +35,7 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
     best = recognition.template()
     solution = best.solution
     out.print(problem_line(solution.problem, None))
-    rows = []
-    for template in sorted(recognition.templates, key=lambda entry: entry.interval[1]):
-        lower, upper = template.interval
-        verdict = "excluded"
-        if template.name in recognition.candidates:
-            verdict = "candidate" if recognition.label is None else "label"
-        bounds = below(lower), above(upper), above(template.gap, 3)
-        rows.append((template.name, *bounds, _WORDS[template.status.value], verdict))
-    columns = "object", ">F* at least", ">F* at most", ">gap", "certified", "verdict"
-    _show_table(out, "Objects, lowest optimum first", columns, rows)
+    _show_objects(out, recognition)
     _show_ranking(out, best.name, "robot", ">w", recognition.ranked_views())
     _show_ranking(out, best.name, "modality", ">||u^i||", recognition.ranked_modalities())
     count = int(recognition.answers.certified.sum())
@@ -58,6 +49,25 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
         ("scope", "proved for these features and lambdas, not that they tell the objects apart"),
     ]
     show_facts(out, f"Certificate for {best.name}", facts)
+
+
+def _show_objects(out: Console, recognition: "Recognition") -> None:
+    shares = recognition.decision.value != "objective"
+
+    def row(template: "Template") -> tuple[str, ...]:
+        lower, upper = template.interval
+        verdict = "excluded"
+        if template.name in recognition.candidates:
+            verdict = "candidate" if recognition.label is None else "label"
+        bounds = below(lower), above(upper), above(template.gap, 3)
+        share = (f"{below(1.0 - template.cost[1], 6)}",) if shares else ()
+        return (template.name, *share, *bounds, _WORDS[template.status.value], verdict)
+
+    rows = [row(template) for template in sorted(recognition.templates, key=lambda entry: entry.cost[1])]
+    share = (">explained at least",) if shares else ()
+    columns = "object", *share, ">F* at least", ">F* at most", ">gap", "certified", "verdict"
+    title = "Objects, largest explained share first" if shares else "Objects, lowest optimum first"
+    _show_table(out, title, columns, rows)
 
 
 def show_blocks(
