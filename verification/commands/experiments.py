@@ -18,7 +18,7 @@ OPEN = 3
 """Exit code of a run that was broken off; 2, of misuse, is typer's."""
 
 
-def experiments(  # noqa: PLR0913, PLR0917 - one for each option
+def experiments(
     simulation: Annotated[
         Path | None,
         typer.Option(help="Folder of `convexperc simulate physical`.", file_okay=False, exists=True),
@@ -121,7 +121,17 @@ def _command(given: dict[str, Path | None], readings: int, seed: int, repetition
 def _tell(data: dict[str, Any]) -> None:
     """Print what was found of each part of a claim."""
     for each in data["sets"]:
-        columns = ["claim", "verdict", "holds", "refuted", "open", "statistic", "lower", "upper", "decided by"]
+        columns = [
+            "claim",
+            "verdict",
+            "holds",
+            "refuted",
+            "open",
+            "statistic",
+            "lower",
+            "upper",
+            "decided by",
+        ]
         table = Table(*columns, title=f"{each['name']}: all readings, and the default one")
         default = each["readings"][0]["claims"]
         for part, found in each["claims"].items():

@@ -18,7 +18,7 @@ RIDGE = 0.1
 
 
 def best_single_view(G: Floats, C: Floats, squares: Floats) -> Floats:
-    """min over the views of ||x_i - o_j||^2, shape (p,), from G = X X', C = X O and ||o_j||^2."""
+    """The least over the views of ||x_i - o_j||^2, shape (p,), from G = X X', C = X O and ||o_j||^2."""
     return np.asarray((G.diagonal()[:, None] - 2.0 * C + squares).min(axis=0))
 
 
@@ -28,7 +28,7 @@ def mean_of_the_views(G: Floats, C: Floats, squares: Floats) -> Floats:
 
 
 def ridge(G: Floats, C: Floats, squares: Floats) -> Floats:
-    """min over w of ||X'w - o_j||^2 + 0.1 ||w||^2 = ||o_j||^2 - c'(G + 0.1 I)^-1 c, shape (p,)."""
+    """The least over w of ||X'w - o_j||^2 + 0.1 ||w||^2 = ||o_j||^2 - c'(G + 0.1 I)^-1 c, shape (p,)."""
     solved = np.linalg.solve(G + RIDGE * np.eye(len(G)), C)
     return np.asarray(squares - (C * solved).sum(axis=0))
 

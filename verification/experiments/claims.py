@@ -78,7 +78,7 @@ class Measured:
     def obstructed(self) -> NDArray[np.bool_]:
         """Which views are obstructed, shape (scenes, views)."""
         kinds = [[view.obstruction for view in scene.views] for scene in self.layout.scenes]
-        return np.array(kinds) != "none"
+        return np.asarray(np.array(kinds) != "none")
 
 
 def pair_name(pair: Pair) -> str:

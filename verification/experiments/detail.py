@@ -24,19 +24,21 @@ SHOWN = 3
 """Scenes of the case study that are shown, each of another object."""
 
 
-def detail(measured: Measured, baselines: Floats, known: Known) -> dict[str, Any]:
+def detail(measured: Measured, explained: Tried, baselines: Floats, known: Known) -> dict[str, Any]:
     """Plain JSON values of the record's "default".
 
     Parameters
     ----------
     measured : Measured
+    explained : Tried
+        The settings' trials, decided by the explained share.
     baselines : float64 (scenes, baselines, counts, repetitions)
     known : Known
     """
-    counts, settings = range(len(measured.design.counts)), measured.trials.settings
-    kinds = range(len(SETTINGS))
+    counts = range(len(measured.design.counts))
     return {
-        "accuracy": [[_counted(settings, (slice(None), s, k), measured.design) for k in counts] for s in kinds],
+        "accuracy": _all_counted(measured.trials.settings, measured.design),
+        "explained": _all_counted(explained, measured.design),
         "baselines": {
             name: [_scored(baselines[:, b, k].mean(axis=1), measured.design) for k in counts]
             for b, name in enumerate(BASELINES)
@@ -59,11 +61,18 @@ def _side(measured: Measured) -> range:
 def _scored(scores: Floats, design: Design) -> dict[str, Any]:
     """Mean of one score a scene, with an interval for this mean alone."""
     found = intervals(scores[:, None], design)
-    return rounded({"score": found.mean[0], "lower": found.lower[0], "upper": found.upper[0]})
+    names = zip(("score", "lower", "upper"), found, strict=True)
+    return {name: rounded(value[0]) for name, value in names}
 
 
 def _kinds(tried: Tried, chosen: Any) -> dict[str, int]:
     return {name: int((tried.kinds[chosen] == kind).sum()) for kind, name in enumerate(KINDS)}
+
+
+def _all_counted(tried: Tried, design: Design) -> list[list[dict[str, Any]]]:
+    """Of each setting and number of views."""
+    counts, settings = range(len(design.counts)), range(len(SETTINGS))
+    return [[_counted(tried, (slice(None), s, k), design) for k in counts] for s in settings]
 
 
 def _counted(tried: Tried, chosen: Any, design: Design) -> dict[str, Any]:
@@ -128,7 +137,7 @@ def _case(measured: Measured, known: Known) -> dict[str, Any]:
     }
     u = measured.weights.u[0]
     kept = {"u": rounded(u, U_DIGITS)} if len(u) <= LONGEST_U else {}
-    return rounded(found) | kept
+    return {name: rounded(value) for name, value in found.items()} | kept
 
 
 def _case_study(measured: Measured) -> list[dict[str, Any]]:

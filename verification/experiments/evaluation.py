@@ -6,18 +6,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.images import to_gray
 from verification.experiments.baselines import BASELINES, run_baselines
 from verification.experiments.claims import CLAIMS, Measured
 from verification.experiments.design import Design
 from verification.experiments.detail import detail
-from verification.experiments.features import Store
-from verification.experiments.information import mutual_information
+from verification.experiments.features import Store, bits_name
 from verification.experiments.limits import limits
 from verification.experiments.numbers import rounded
 from verification.experiments.pictures import STUDIED, Layout
 from verification.experiments.readings import Reading, first
-from verification.experiments.trials import Known, run_trials
+from verification.experiments.trials import Known, run_explained, run_trials
 from verification.experiments.verdicts import judge
 from verification.experiments.weights import weigh
 
@@ -46,13 +44,8 @@ class Part:
 
     def information(self, reading: Reading) -> Floats:
         """Bits that each view shares with its object's reference, shape (scenes, views)."""
-        size = reading.features.working_size
-        gray = [to_gray(p) for p in self.store.pictures(size, background=reading.background)]
-        found = []
-        for scene, rows in self.layout.rows():
-            reference = gray[self.layout.truth(scene)]
-            found.append([mutual_information(view, reference) for view in gray[rows]])
-        return np.array(found)
+        bits = self.store.load(bits_name(reading))
+        return np.array([bits[rows] for _, rows in self.layout.rows()])
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +102,7 @@ def evaluate(task: Task) -> dict[str, Any]:
         "limits": limits(measured, known),
     }
     if default:
-        found["default"] = detail(measured, baselines, known)
+        found["default"] = detail(measured, run_explained(layout, X, known, design), baselines, known)
     return found
 
 

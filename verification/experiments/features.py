@@ -18,7 +18,8 @@ from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
 from convexperc.images import resize, to_gray
 from convexperc.records import write_whole
-from verification.experiments.pictures import Mask, Picture, PictureSet
+from verification.experiments.information import mutual_information
+from verification.experiments.pictures import Layout, Mask, Picture, PictureSet
 from verification.experiments.provenance import of_features
 from verification.experiments.readings import Reading
 
@@ -145,6 +146,8 @@ def prepare(
         name = _prepared(size, background)
         if not store.known(name):
             store.save(name, _resized(pictures, size, background=background))
+        if not store.known(bits := _bits(size, background)):
+            store.save(bits, _information(pictures.layout, store.pictures(size, background=background)))
     missing = [block for block in chosen if not store.known(block)]
     done = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)(
         delayed(_compute)(store, block) for block in missing
@@ -156,6 +159,23 @@ def prepare(
 def without_background(picture: Picture, mask: Mask) -> Picture:
     """Return the picture with gray in place of all that is not the object."""
     return np.where(mask[..., None], picture, np.uint8(GRAY))
+
+
+def bits_name(reading: Reading) -> str:
+    """Name in the store of the bits that each picture shares with its object's reference."""
+    return _bits(reading.features.working_size, reading.background)
+
+
+def _bits(size: tuple[int, int], background: bool) -> str:
+    return f"bits shared with the reference, {_prepared(size, background)}"
+
+
+def _information(layout: Layout, pictures: NDArray[np.uint8]) -> Floats:
+    """Bits of each view and its object's reference; of a reference, all that it has."""
+    gray = [to_gray(picture) for picture in pictures]
+    owners = list(range(len(layout.objects)))
+    owners += [layout.truth(scene) for scene in layout.scenes for _ in scene.views]
+    return np.array([mutual_information(view, gray[k]) for view, k in zip(gray, owners, strict=True)])
 
 
 def _prepared(size: tuple[int, int], background: bool) -> str:

@@ -27,4 +27,4 @@ def mutual_information(a: GrayPicture, b: GrayPicture) -> float:
     joint: NDArray[np.float64] = np.bincount(cells.ravel(), minlength=BINS * BINS) / cells.size
     table = joint.reshape(BINS, BINS)
     alone = entr(table.sum(axis=1)).sum() + entr(table.sum(axis=0)).sum()
-    return max(0.0, float(alone - entr(joint).sum()) / np.log(2.0))
+    return max(0.0, float((alone - entr(joint).sum()) / np.log(2.0)))

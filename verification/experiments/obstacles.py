@@ -105,7 +105,8 @@ def _covered(picture: Picture, mask: Mask, box: Box, rng: np.random.Generator) -
 def _face(height: int, width: int, rng: np.random.Generator) -> Picture:
     """An obstacle's face: a colour, brighter to one side, a material, and a darker rim."""
     colour = np.array(COLOURS[int(rng.integers(len(COLOURS)))], dtype=np.float64)
-    light = np.linspace(*rng.permutation([0.85, 1.1]), width)[None, :] * np.ones((height, 1))
+    dark, bright = (0.85, 1.1) if rng.random() < 0.5 else (1.1, 0.85)
+    light = np.tile(np.linspace(dark, bright, width), (height, 1))
     material = MATERIALS[int(rng.integers(len(MATERIALS)))]
     face = colour * (light * material(height, width, rng))[..., None]
     edge = max(1, min(height, width) // 40)
@@ -113,7 +114,7 @@ def _face(height: int, width: int, rng: np.random.Generator) -> Picture:
     inner[edge : height - edge, edge : width - edge] = True
     face[~inner] *= RIM
     face += rng.normal(0.0, 2.0, (height, width, 1))
-    return np.clip(np.rint(face), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.rint(face), 0, 255).astype(np.uint8))
 
 
 def _plain(height: int, width: int, rng: np.random.Generator) -> NDArray[np.float64]:

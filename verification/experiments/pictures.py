@@ -91,7 +91,9 @@ class Scene:
     def __post_init__(self) -> None:
         if len({view.name for view in self.views}) < max(1, len(self.views)):
             names = [view.name for view in self.views]
-            raise InputError(f"views of {self.name}", value=names, must="must be there, all named differently")
+            raise InputError(
+                f"views of {self.name}", value=names, must="must be there, all named differently"
+            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """Every trial of a set under one reading: who is recognised, by proof, and what it scores."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from convexperc import recognize
 from convexperc.certificate import ABSOLUTE, RELATIVE
+from convexperc.decision import Decision
 from convexperc.projection import Projection
 from convexperc.race import race
 from convexperc.recognition import Recognition, Verdict, decide
 from convexperc.run import Run
-from verification.experiments.design import SETTINGS, Design, Pair
+from verification.experiments.design import GRID, SETTINGS, Design, Pair
 from verification.experiments.pictures import Layout
 from verification.experiments.subsets import Subset, drawn, of_grid
 
@@ -142,28 +143,47 @@ def run_trials(layout: Layout, X: Floats, known: Known, design: Design) -> Trial
     grid: list[Outcome] = []
     for scene, rows in layout.rows():
         subsets = drawn(design, layout.name, scene)
-        found = _scene(X[rows], known, layout.truth(scene), subsets, design)
+        two = of_grid(subsets)
+        wanted = {s: SETTINGS for each in subsets for s in each}
+        wanted |= {s: tuple(dict.fromkeys([*SETTINGS, *design.pairs])) for s in two}
+        found = _outcomes(X[rows], known, layout.truth(scene), wanted, Decision.OBJECTIVE)
         settings += [found[s, pair] for pair in SETTINGS for each in subsets for s in each]
-        grid += [found[s, pair] for pair in design.pairs for s in of_grid(subsets)]
-    count, side = len(layout.scenes), len({two for two, _ in design.pairs})
-    shape = (count, len(SETTINGS), len(design.counts), design.repetitions)
-    return Trials(Tried.of(settings, shape), Tried.of(grid, (count, side, side, 2)))
+        grid += [found[s, pair] for pair in design.pairs for s in two]
+    side = len(GRID)
+    return Trials(
+        Tried.of(settings, _shape(layout, design)), Tried.of(grid, (len(layout.scenes), side, side, 2))
+    )
 
 
-def _scene(
-    views: Floats, known: Known, truth: int, subsets: tuple[tuple[Subset, ...], ...], design: Design
+def run_explained(layout: Layout, X: Floats, known: Known, design: Design) -> Tried:
+    """Decide the trials of the settings by F* / ||o||^2 in place of F*; see `run_trials`."""
+    settings: list[Outcome] = []
+    for scene, rows in layout.rows():
+        subsets = drawn(design, layout.name, scene)
+        wanted = {s: SETTINGS for each in subsets for s in each}
+        found = _outcomes(X[rows], known, layout.truth(scene), wanted, Decision.EXPLAINED_SHARE)
+        settings += [found[s, pair] for pair in SETTINGS for each in subsets for s in each]
+    return Tried.of(settings, _shape(layout, design))
+
+
+def _shape(layout: Layout, design: Design) -> tuple[int, ...]:
+    return len(layout.scenes), len(SETTINGS), len(design.counts), design.repetitions
+
+
+def _outcomes(
+    views: Floats, known: Known, truth: int, wanted: Mapping[Subset, Sequence[Pair]], decision: Decision
 ) -> dict[tuple[Subset, Pair], Outcome]:
     """Each subset and choice of the lambdas once."""
-    found = {}
-    chosen = of_grid(subsets)
-    for subset in dict.fromkeys(s for each in subsets for s in each):
-        pairs = list(dict.fromkeys([*SETTINGS, *(design.pairs if subset in chosen else ())]))
-        outcomes = recognitions(views[list(subset)], known, pairs)
-        found |= {(subset, pair): judge(each, truth) for pair, each in zip(pairs, outcomes, strict=True)}
+    found: dict[tuple[Subset, Pair], Outcome] = {}
+    for subset, pairs in wanted.items():
+        results = recognitions(views[list(subset)], known, pairs, decision)
+        found |= {(subset, pair): judge(each, truth) for pair, each in zip(pairs, results, strict=True)}
     return found
 
 
-def recognitions(X: Floats, known: Known, pairs: Iterable[Pair]) -> Iterator[Recognition]:
+def recognitions(
+    X: Floats, known: Known, pairs: Iterable[Pair], decision: Decision = Decision.OBJECTIVE
+) -> Iterator[Recognition]:
     """Recognise one set of views under each (lambda2, lambda3), as `recognize` does.
 
     The data are read once; a verdict that is open is left to `recognize`, which narrows the intervals.
@@ -172,9 +192,17 @@ def recognitions(X: Floats, known: Known, pairs: Iterable[Pair]) -> Iterator[Rec
     robots = tuple(f"robot {number}" for number in range(1, len(X) + 1))
     for lambda2, lambda3 in pairs:
         run = Run.of(projection, (known.lambda1, lambda2, lambda3), RELATIVE, ABSOLUTE)
-        race(run)
-        found = decide(run.answers(), known.names, robots)
+        race(run, decision)
+        found = decide(run.answers(), known.names, robots, decision)
         if found.verdict is Verdict.UNDECIDED:
-            lambdas = {"lambda1": known.lambda1, "lambda2": lambda2, "lambda3": lambda3}
-            found = recognize(X, known.O, names=known.names, modalities=known.sizes, **lambdas)
+            found = recognize(
+                X,
+                known.O,
+                names=known.names,
+                modalities=known.sizes,
+                lambda1=known.lambda1,
+                lambda2=lambda2,
+                lambda3=lambda3,
+                decision=decision,
+            )
         yield found
