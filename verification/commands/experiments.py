@@ -98,6 +98,14 @@ def experiments(
     _console().print(f"wrote {place}", highlight=False, markup=False, soft_wrap=True)
 
 
+def _drawn(folder: Path, seed: int, workers: int) -> tuple[Path, Path]:
+    """Draw both simulated sets, or what is missing of them."""
+    from verification.experiments.simulated import draw  # noqa: PLC0415 - keeps --help quick
+
+    with _misuse("--cache"), _progress() as progress:
+        return draw(folder, seed, workers, progress)
+
+
 def _collections(
     simulation: Path | None, case_study: Path | None, photos: Path | None, seed: int
 ) -> "Iterator[Collection]":

@@ -159,8 +159,8 @@ class PictureSet:
             raise InputError("pictures and masks", value=found, must=f"must be {wanted} each")
         for number, (picture, mask) in enumerate(zip(self.pictures, self.masks, strict=True)):
             if picture.shape != (*mask.shape, 3) or picture.dtype != np.uint8 or mask.dtype != np.bool_:
-                found = picture.shape, mask.shape
-                raise InputError(f"mask {number}", value=found, must="must have the size of its picture")
+                sizes = picture.shape, mask.shape
+                raise InputError(f"mask {number}", value=sizes, must="must have the size of its picture")
 
     @classmethod
     def of(

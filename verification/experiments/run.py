@@ -1,7 +1,7 @@
 """A whole run: features, every reading of every set by as many workers as wanted, and the record."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -71,38 +71,38 @@ def run(
             prepare(pictures, part.store, readings, workers, _told(progress, stage))
         tasks += [Task(each.name, *parts, reading, design) for reading in readings]
     seconds["features"] = time.perf_counter() - began
-    kept = Journal(journal, _head(collections, design))
-    found = _finish(tasks, kept, workers, progress)
+    journals = {each.name: Journal(journal, _head(each, design)) for each in collections}
+    found = _finish(tasks, journals, workers, progress)
     each_took = {timed.name: timed.seconds for timed in found.values() if timed.seconds is not None}
     seconds["readings"] = sum(each_took.values())
     measured = {each.name: [found[f"{each.name}-{r.id}"].found for r in readings] for each in collections}
     return record(collections, measured, design, {"seconds": seconds, "workers": workers})
 
 
-def _head(collections: Sequence[Collection], design: Design) -> dict[str, Any]:
+def _head(collection: Collection, design: Design) -> dict[str, Any]:
     """All that the outcome of a reading depends on."""
-    digests = {each.name: each.digest for each in collections}
-    return {"design": design.as_json(), "pictures": digests, "source": of_everything()}
+    pictures = {collection.name: collection.digest}
+    return {"design": design.as_json(), "pictures": pictures, "source": of_everything()}
 
 
-def _finish(tasks: Iterable[Task], journal: Journal, workers: int, progress: Progress) -> dict[str, Timed]:
-    """What every task found, those of the journal first."""
+def _finish(
+    tasks: Sequence[Task], journals: Mapping[str, Journal], workers: int, progress: Progress
+) -> dict[str, Timed]:
+    """What every task found, those of the journals first."""
     found: dict[str, Timed] = {}
-    missing = []
-    for task in tasks:
-        kept = journal.get(task.name)
-        if kept is None:
-            missing.append(task)
-        else:
-            found[task.name] = Timed(task.name, kept, None)
-    total = len(found) + len(missing)
-    progress("readings", len(found), total)
+    owners = {task.name: journals[task.collection] for task in tasks}
+    for name, journal in owners.items():
+        kept = journal.get(name)
+        if kept is not None:
+            found[name] = Timed(name, kept, None)
+    progress("readings", len(found), len(tasks))
+    missing = [task for task in tasks if task.name not in found]
     with parallel_config(backend="loky", inner_max_num_threads=1):
         done = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         for timed in done(delayed(_timed)(task) for task in missing):
-            journal.put(timed.name, timed.found)
+            owners[timed.name].put(timed.name, timed.found)
             found[timed.name] = timed
-            progress("readings", len(found), total)
+            progress("readings", len(found), len(tasks))
     return found
 
 
