@@ -15,7 +15,7 @@ from verification.experiments.limits import limits
 from verification.experiments.numbers import rounded
 from verification.experiments.pictures import STUDIED, Layout
 from verification.experiments.readings import Reading, first
-from verification.experiments.trials import Known, run_explained, run_trials
+from verification.experiments.trials import Known, run_explained, run_trials, score_explained
 from verification.experiments.verdicts import judge
 from verification.experiments.weights import weigh
 
@@ -99,7 +99,7 @@ def evaluate(task: Task) -> dict[str, Any]:
     baselines = run_baselines(layout, X, known, design)
     found = {
         "reading": _reading(measured, reading, baselines),
-        "limits": limits(measured, known),
+        "limits": limits(measured, known, score_explained(layout, X, known)),
     }
     if default:
         found["default"] = detail(measured, run_explained(layout, X, known, design), baselines, known)

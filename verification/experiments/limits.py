@@ -16,23 +16,32 @@ from verification.experiments.trials import WRONG, Known
 Entry = Mapping[str, Any]
 
 
-def limits(measured: Measured, known: Known) -> dict[str, Any]:
+def limits(measured: Measured, known: Known, explained: float) -> dict[str, Any]:
     """Counts of one reading.
+
+    Parameters
+    ----------
+    measured : Measured
+    known : Known
+    explained : float
+        Score of all views with both norms, decided by the explained share.
 
     Returns
     -------
     dict
         "wrong" and "shortest": wrong labels of each setting, and how many of them are the reference of the
-        smallest length; "visible": mean Kendall's tau-b of |w| and the visible share over the scenes where
+        smallest length, None where all are equally long; "visible": mean Kendall's tau-b of |w| and the visible share over the scenes where
         it is defined, None without any; "grid open": share of trials without a proved label on the grid;
         "confusion": labels by object, all views and both norms.
     """
     settings = measured.trials.settings
     wrong = settings.kinds == WRONG
     shortest = wrong & (settings.labels == known.shortest)
+    counts = shortest.sum(axis=(0, 2, 3)).tolist()
     return {
         "wrong": wrong.sum(axis=(0, 2, 3)).tolist(),
-        "shortest": shortest.sum(axis=(0, 2, 3)).tolist(),
+        "shortest": None if known.shortest is None else counts,
+        "explained": rounded(explained),
         "visible": _visible(measured),
         "grid open": rounded(measured.trials.grid.open.mean(axis=(0, 3))),
         "confusion": _confusion(measured),
@@ -74,6 +83,8 @@ def summary(readings: Sequence[Entry], found: Sequence[Entry]) -> dict[str, Any]
     both = SETTINGS.index(BOTH)
     return {
         "shortest": _shortest(readings, found, both),
+        "objective": _by_level("normalisation", readings, lambda k: readings[k]["accuracy"][both][-1]),
+        "explained": _by_level("normalisation", readings, lambda k: found[k]["explained"]),
         "visible": _by_level("lambda1", readings, lambda k: found[k]["visible"])
         | {"default": found[0]["visible"]},
         "accuracy": {
@@ -93,12 +104,13 @@ def summary(readings: Sequence[Entry], found: Sequence[Entry]) -> dict[str, Any]
 
 
 def _shortest(readings: Sequence[Entry], found: Sequence[Entry], setting: int) -> dict[str, dict[str, int]]:
-    """Wrong labels, and those that are the shortest reference, by normalisation."""
+    """Wrong labels where references differ in length, and those that are the shortest, by normalisation."""
     counts: dict[str, dict[str, int]] = {}
     for reading, each in zip(readings, found, strict=True):
-        kept = counts.setdefault(reading["levels"]["normalisation"], {"wrong": 0, "shortest": 0})
-        for name in kept:
-            kept[name] += each[name][setting]
+        if each["shortest"] is not None:
+            kept = counts.setdefault(reading["levels"]["normalisation"], {"wrong": 0, "shortest": 0})
+            for name in kept:
+                kept[name] += each[name][setting]
     return counts
 
 

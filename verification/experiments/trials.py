@@ -13,13 +13,15 @@ from convexperc.projection import Projection
 from convexperc.race import race
 from convexperc.recognition import Recognition, Verdict, decide
 from convexperc.run import Run
-from verification.experiments.design import GRID, SETTINGS, Design, Pair
+from verification.experiments.design import BOTH, GRID, SETTINGS, Design, Pair
 from verification.experiments.pictures import Layout
 from verification.experiments.subsets import Subset, drawn, of_grid
 
 Floats = NDArray[np.float64]
 
 KINDS = ("right", "wrong", "tie", "undecided")
+SAME = 1e-9
+"""Relative difference of lengths that rounding explains."""
 RIGHT, WRONG, TIE, UNDECIDED = range(4)
 
 
@@ -42,9 +44,10 @@ class Known:
     lambda1: float
 
     @property
-    def shortest(self) -> int:
-        """The reference of the smallest length."""
-        return int(np.linalg.norm(self.O, axis=0).argmin())
+    def shortest(self) -> int | None:
+        """The reference of the smallest length; None where all are equally long."""
+        lengths = np.linalg.norm(self.O, axis=0)
+        return None if lengths.max() <= lengths.min() * (1.0 + SAME) else int(lengths.argmin())
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,6 +167,15 @@ def run_explained(layout: Layout, X: Floats, known: Known, design: Design) -> Tr
         found = _outcomes(X[rows], known, layout.truth(scene), wanted, Decision.EXPLAINED_SHARE)
         settings += [found[s, pair] for pair in SETTINGS for each in subsets for s in each]
     return Tried.of(settings, _shape(layout, design))
+
+
+def score_explained(layout: Layout, X: Floats, known: Known) -> float:
+    """Mean score of all views with both norms, decided by F* / ||o||^2."""
+    scores = []
+    for scene, rows in layout.rows():
+        (found,) = recognitions(X[rows], known, [BOTH], Decision.EXPLAINED_SHARE)
+        scores.append(judge(found, layout.truth(scene)).score)
+    return float(np.mean(scores))
 
 
 def _shape(layout: Layout, design: Design) -> tuple[int, ...]:
