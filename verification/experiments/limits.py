@@ -30,9 +30,9 @@ def limits(measured: Measured, known: Known, explained: float) -> dict[str, Any]
     -------
     dict
         "wrong" and "shortest": wrong labels of each setting, and how many of them are the reference of the
-        smallest length, None where all are equally long; "visible": mean Kendall's tau-b of |w| and the visible share over the scenes where
-        it is defined, None without any; "grid open": share of trials without a proved label on the grid;
-        "confusion": labels by object, all views and both norms.
+        smallest length, None where all are equally long; "explained"; "visible": mean Kendall's tau-b of |w|
+        and the visible share over the scenes where it is defined, None without any; "grid open": share of
+        trials without a proved label on the grid; "confusion": labels by object, all views and both norms.
     """
     settings = measured.trials.settings
     wrong = settings.kinds == WRONG
