@@ -68,7 +68,9 @@ PICTURE = (
     Fault(
         "red and blue exchanged",
         "B5/histogram",
-        wrapped(color, "color_histogram", lambda h, *a: h.reshape(3, -1)[::-1].ravel()),
+        replaced(
+            color, "color_histogram", lambda image, c: HISTOGRAM(np.ascontiguousarray(image[:, :, ::-1]), c)
+        ),
         families=PICTURES,
     ),
     Fault(
