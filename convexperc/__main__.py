@@ -5,7 +5,8 @@ import sys
 import traceback
 from typing import NoReturn
 
-from convexperc.cli import INTERRUPTED, app
+from convexperc.cli import app
+from convexperc.exits import INTERRUPTED
 
 FAULT = 70
 """EX_SOFTWARE: an exception that nobody foresaw. Python's own 1 would read as "not certified"."""

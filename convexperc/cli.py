@@ -1,24 +1,20 @@
 """The command line: options in, tables out, no mathematics.
 
-NumPy, OpenCV, scikit-image, Matplotlib and CVXPY take seconds to load; `_Later` is the one place where they
-are put off until a command needs them, so that ``--help`` answers at once.
+NumPy, OpenCV, scikit-image, Matplotlib and CVXPY take seconds to load; `Later` puts them off until a command
+needs them, so that ``--help`` answers at once.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from enum import StrEnum
-from functools import wraps
-from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from convexperc import tables
-from convexperc.errors import ConvexpercError, InputError, MissingExtraError
+from convexperc import simulate_command, tables
+from convexperc.exits import CERTIFIED, exits
+from convexperc.later import Later
+from convexperc.progress import progress
 
 if TYPE_CHECKING:
     from convexperc import (
@@ -36,29 +32,18 @@ if TYPE_CHECKING:
     from convexperc.solvers import conic, newton, qp
     from convexperc.solvers.interface import Solver
 else:
+    certificate, optimality, perception = Later("certificate"), Later("optimality"), Later("perception")
+    picture, problem_files, records = Later("picture"), Later("problem_files"), Later("records")
+    solving, conic, qp = Later("solving"), Later("solvers.conic"), Later("solvers.qp")
+    newton, proof_file = Later("solvers.newton"), Later("proof_file")
+    features = Later("features.configuration")
 
-    class _Later:
-        """A module that is imported when something of it is first asked for."""
-
-        def __init__(self, name):
-            self._name = name
-
-        def __getattr__(self, attribute):
-            return getattr(import_module(f"convexperc.{self._name}"), attribute)
-
-    certificate, optimality, perception = _Later("certificate"), _Later("optimality"), _Later("perception")
-    picture, problem_files, records = _Later("picture"), _Later("problem_files"), _Later("records")
-    solving, conic, qp = _Later("solving"), _Later("solvers.conic"), _Later("solvers.qp")
-    newton, proof_file = _Later("solvers.newton"), _Later("proof_file")
-    features = _Later("features.configuration")
-
-CERTIFIED, NOT_CERTIFIED, MISUSE, INTERRUPTED = 0, 1, 2, 130
+FIRST_RUN = "working; the first run of an installation compiles, half a minute"
 EPILOG = (
     "Exit codes: 0 proved; 1 not proved (solve, certify: the answer is not certified; recognize: that of the"
     " label is not, or no label is proved because objects are undecided or tied); 2 the input cannot be"
     " used; 70 a fault of this program; 130 interrupted."
 )
-Arguments = ParamSpec("Arguments")
 app = typer.Typer(
     name="convexperc",
     add_completion=False,
@@ -66,6 +51,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog=EPILOG,
 )
+app.add_typer(simulate_command.app)
 
 
 class SolverName(StrEnum):
@@ -87,24 +73,6 @@ Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write
 Problem = Annotated[Path, typer.Argument(metavar="PROBLEM", help="Problem file (JSON).")]
 
 
-def _exits(command: Callable[Arguments, bool]) -> Callable[Arguments, None]:
-    """Turn a command that returns whether all is proved into one that exits with the code for it."""
-
-    @wraps(command)
-    def run(*args: Arguments.args, **options: Arguments.kwargs) -> None:
-        try:
-            code = CERTIFIED if command(*args, **options) else NOT_CERTIFIED
-        except ConvexpercError as error:
-            typer.echo(f"error: {error}", err=True)
-            code = MISUSE if isinstance(error, (InputError, MissingExtraError)) else NOT_CERTIFIED
-        except KeyboardInterrupt:
-            typer.echo("interrupted", err=True)
-            code = INTERRUPTED
-        raise typer.Exit(code)
-
-    return run
-
-
 def _print_version(wanted: bool) -> bool:
     if wanted:
         typer.echo(f"convexperc {version('convexperc')}")
@@ -123,7 +91,7 @@ def convexperc(
 
 
 @app.command(epilog=EPILOG)
-@_exits
+@exits
 def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     references: Annotated[
         Path | None,
@@ -163,7 +131,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         raise typer.BadParameter("give --references and --views, or --sample (and --scene, if you like)")
     if (references is None) != (views is None):
         raise typer.BadParameter("--references and --views go together")
-    with _progress() as (expect, step):
+    with progress(FIRST_RUN, "solved") as (expect, step):
         kind = None if figure is None else picture.picture_kind(figure)
         for file in (json, figure):
             if file is not None:
@@ -197,7 +165,7 @@ def _solver(name: SolverName) -> "Solver":
 
 
 @app.command(epilog=EPILOG)
-@_exits
+@exits
 def solve(
     problem: Problem,
     solver: Annotated[
@@ -213,7 +181,7 @@ def solve(
     ] = None,
 ) -> bool:
     """Solve a problem file and certify the answer."""
-    with _progress():
+    with progress(FIRST_RUN, "solved"):
         for file in (json, proof):
             if file is not None:
                 records.check_place(file)
@@ -236,14 +204,14 @@ def solve(
 
 
 @app.command(epilog=EPILOG)
-@_exits
+@exits
 def certify(
     problem: Problem,
     answer: Annotated[Path, typer.Argument(metavar="ANSWER", help="Answer file (JSON) with w and u.")],
     json: Json = None,
 ) -> bool:
     """Judge an answer from anywhere; what it claims of itself is not looked at."""
-    with _progress():
+    with progress(FIRST_RUN, "solved"):
         if json is not None:
             records.check_place(json)
         asked = problem_files.read_problem(problem)
@@ -271,23 +239,6 @@ def _pictures(references: Path | None, views: Path | None, scene: str | None) ->
     others = ", ".join(f"--scene {name}" for name in names if name != shown.name)
     heading = f"Sample: {len(shown.views)} robots look at {shown.name} (other scenes: {others})"
     return heading, shown.references, shown.views
-
-
-@contextmanager
-def _progress() -> Iterator[tuple[Callable[[int], None], Callable[[str], None]]]:
-    """A bar on stderr, on a terminal only; gives a function for the number of steps and one for each step."""
-    console = Console(stderr=True)
-    columns = TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn()
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("working; the first run of an installation compiles, half a minute", total=None)
-
-        def expect(steps: int) -> None:
-            bar.update(task, total=steps)
-
-        def step(name: str) -> None:
-            bar.update(task, description=f"solved {name}", advance=1)
-
-        yield expect, step
 
 
 def _write(path: Path, record: dict[str, Any], name: str | None = None) -> None:

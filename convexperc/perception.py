@@ -172,16 +172,21 @@ def sample_scene(name: str) -> SampleScene:
     scenes = _sample()
     if name not in scenes:
         raise InputError("scene", value=name, must=f"must be one of {', '.join(scenes)}")
-    robots = ((robot["name"], robot["file"]) for robot in scenes[name]["robots"])
-    references = ((other, scene["reference"]["file"]) for other, scene in scenes.items())
-    return SampleScene(name, _pictures(references), _pictures(robots))
+    views = ((view["name"], view["file"]) for view in scenes[name]["views"])
+    references = ((known["object"], known["file"]) for known in _manifest()["references"])
+    return SampleScene(name, _pictures(references), _pictures(views))
+
+
+def _sample() -> dict[str, dict[str, Any]]:
+    """The sample's scenes by name."""
+    return {scene["name"]: scene for scene in _manifest()["scenes"]}
 
 
 @cache
-def _sample() -> dict[str, dict[str, Any]]:
-    """The sample's own record, by the scenes' names."""
-    record = json.loads((_folder() / "sample.json").read_text(encoding="utf-8"))
-    return {scene["name"]: scene for scene in record["scenes"]}
+def _manifest() -> dict[str, Any]:
+    """What the sample says of itself."""
+    record: dict[str, Any] = json.loads((_folder() / "manifest.json").read_text(encoding="utf-8"))
+    return record
 
 
 def _folder() -> Traversable:

@@ -106,7 +106,7 @@ def read_configuration(path: str | os.PathLike[str]) -> FeatureConfiguration:
     FileFormatError
         Not readable, not JSON, or values that `FeatureConfiguration.from_dict` refuses.
     """
-    file, record = _load(path)
+    file, record = read_json(path)
     try:
         return FeatureConfiguration.from_dict(record)
     except InputError as error:
@@ -117,8 +117,14 @@ class _Constant(str):
     """NaN, Infinity or -Infinity as it stands in the file: no JSON, and no number wherever one is due."""
 
 
-def _load(path: str | os.PathLike[str]) -> tuple[str, Any]:
-    """Return the file's name for errors, and its JSON."""
+def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
+    """Return the file's name for errors, and its JSON.
+
+    Raises
+    ------
+    FileFormatError
+        Not readable, not JSON, or a key that is given twice.
+    """
     file = os.fspath(path)
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -144,7 +150,7 @@ def _object(
     path: str | os.PathLike[str], needed: tuple[str, ...], optional: tuple[str, ...]
 ) -> tuple[str, dict[str, Any]]:
     """Load a JSON object that has all the needed keys and no unknown ones."""
-    file, record = _load(path)
+    file, record = read_json(path)
     if not isinstance(record, dict):
         raise FileFormatError(file, value=record, must="must hold a JSON object")
     unknown = [key for key in record if key not in (*needed, *optional)]

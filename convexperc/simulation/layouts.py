@@ -1,15 +1,22 @@
-"""The three scenes of the sample, with five robots each."""
+"""Three scenes laid out by hand, one of each object of the case study, with five robots each."""
 
-from convexperc.simulation.scenes import Camera, Obstacle, Scene
+from convexperc.simulation.camera import Camera
+from convexperc.simulation.scenes import Obstacle, Robot, Scene
+
+
+def _huskies(*cameras: Camera) -> tuple[Robot, ...]:
+    return tuple(Robot("husky", camera) for camera in cameras)
+
 
 RED_CAR = Scene(
     name="red-car",
+    object="red-car",
     target_height=0.72,
     reference=Camera(azimuth=0.0, distance=6.8, height=1.0),
-    robots=(
+    robots=_huskies(
         Camera(azimuth=5.0, distance=6.9, height=0.9, pan=1.0),
         Camera(azimuth=-24.0, distance=6.4, height=1.1, pan=-1.5),
-        Camera(azimuth=84.0, distance=6.2, height=0.8),
+        Camera(azimuth=33.0, distance=6.8, height=0.8),
         Camera(azimuth=140.0, distance=8.2, height=0.9),
         Camera(azimuth=205.0, distance=7.4, height=1.2),
     ),
@@ -24,14 +31,15 @@ RED_CAR = Scene(
 
 GRAY_CAR = Scene(
     name="gray-car",
+    object="gray-car",
     target_height=0.8,
     reference=Camera(azimuth=0.0, distance=6.8, height=1.0),
-    robots=(
+    robots=_huskies(
         Camera(azimuth=176.0, distance=6.8, height=1.0),
         Camera(azimuth=-7.0, distance=6.5, height=1.2, pan=1.5),
         Camera(azimuth=-122.0, distance=8.0, height=0.8),
         Camera(azimuth=19.0, distance=6.6, height=0.8, pan=-1.0),
-        Camera(azimuth=94.0, distance=6.4, height=1.1),
+        Camera(azimuth=37.0, distance=6.7, height=1.1),
     ),
     obstacles=(
         Obstacle("barrel", azimuth=165.0, distance=3.4, width=0.62, height=0.95),
@@ -45,10 +53,11 @@ GRAY_CAR = Scene(
 
 ICA_SIGN = Scene(
     name="ica-sign",
+    object="ica-sign",
     target_height=1.25,
     reference=Camera(azimuth=0.0, distance=6.0, height=1.2),
-    robots=(
-        Camera(azimuth=-58.0, distance=6.2, height=1.0),
+    robots=_huskies(
+        Camera(azimuth=-38.0, distance=6.2, height=1.0),
         Camera(azimuth=33.0, distance=8.2, height=0.9),
         Camera(azimuth=4.0, distance=6.2, height=1.1, pan=1.0),
         Camera(azimuth=-19.0, distance=5.6, height=0.9, pan=-1.0),

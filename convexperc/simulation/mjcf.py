@@ -1,136 +1,144 @@
 """Writes a scene as MJCF, MuJoCo's XML."""
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from enum import IntEnum
 
-from convexperc.simulation.cars import ESTATE, SALOON, car
+from convexperc.simulation.catalogue import Catalogue, object_of
+from convexperc.simulation.light import Light
+from convexperc.simulation.materials import MATERIALS, TEXTURED, Colour
+from convexperc.simulation.meshes import MeshModel
+from convexperc.simulation.objects import OBJECTS
+from convexperc.simulation.obstacles import OBSTACLES
 from convexperc.simulation.parts import Part
-from convexperc.simulation.props import PAVED, husky, obstacle, park, sign
-from convexperc.simulation.scenes import ObjectKind, Scene
+from convexperc.simulation.robots import ROBOTS
+from convexperc.simulation.scenes import Scene
+from convexperc.simulation.surroundings import SURROUNDINGS, Surroundings
+
+REACH: Mapping[str, float] = {"park": 10.0, "lab": 2.0}
+"""Half the side in metres of the square around the object that shadows fall in, by surroundings."""
+
+SHADOW_MAP = 1024
+"""Texels a side of the map of shadows; drawing it takes most of the time of a picture."""
+
+SKY: tuple[Colour, Colour] = ((0.32, 0.55, 0.85), (0.88, 0.92, 0.95))
+"""Colours of the sky at its top and at the horizon."""
 
 
 class Group(IntEnum):
     """MuJoCo's geometry group of each kind of thing, so that a renderer can leave it out."""
 
     OBJECT = 0
-    PARK = 1
+    SURROUNDINGS = 1
     OBSTACLES = 2
     ROBOTS = 3
 
 
-MATERIALS: dict[str, tuple[str, float, float]] = {
-    "red": ("0.62 0.03 0.04", 0.5, 0.8),
-    "gray": ("0.45 0.47 0.49", 0.6, 0.8),
-    "glass": ("0.05 0.07 0.09", 0.9, 0.9),
-    "rubber": ("0.06 0.06 0.065", 0.1, 0.2),
-    "seam": ("0.10 0.10 0.11", 0.2, 0.3),
-    "chrome": ("0.75 0.76 0.78", 0.9, 0.9),
-    "rim": ("0.68 0.69 0.71", 0.8, 0.7),
-    "lamp": ("0.95 0.95 0.86", 0.9, 0.9),
-    "tail-lamp": ("0.55 0.02 0.02", 0.7, 0.7),
-    "plate": ("0.92 0.92 0.88", 0.1, 0.1),
-    "steel": ("0.55 0.57 0.59", 0.4, 0.4),
-    "navy": ("0.03 0.08 0.30", 0.2, 0.3),
-    "board": ("0.94 0.94 0.92", 0.1, 0.2),
-    "husky": ("0.93 0.70 0.05", 0.4, 0.5),
-    "wood": ("0.62 0.44 0.24", 0.05, 0.1),
-    "beam": ("0.74 0.56 0.34", 0.05, 0.1),
-    "drum": ("0.05 0.22 0.52", 0.5, 0.5),
-    "drum-rib": ("0.04 0.16 0.40", 0.5, 0.5),
-    "drum-band": ("0.88 0.88 0.85", 0.4, 0.4),
-    "concrete": ("0.70 0.69 0.66", 0.05, 0.1),
-    "brick": ("0.60 0.29 0.21", 0.05, 0.1),
-    "mortar": ("0.74 0.70 0.65", 0.05, 0.1),
-    "plaster": ("0.80 0.77 0.70", 0.05, 0.1),
-    "bark": ("0.30 0.21 0.13", 0.0, 0.1),
-    "leaf": ("0.30 0.45 0.18", 0.0, 0.1),
-    "leaf-dark": ("0.23 0.37 0.15", 0.0, 0.1),
-    "hill": ("0.42 0.54 0.40", 0.0, 0.1),
-}
-"""Colour (red, green, blue in 0..1), specular share and shininess of each plain paint."""
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A scene in MuJoCo's language.
 
-TEXTURED: dict[str, tuple[str, str, str, str]] = {
-    "paving": ("0.60 0.59 0.57", "0.57 0.56 0.54", "0.44 0.44 0.43", "0.5 0.5"),
-    "grass": ("0.36 0.47 0.24", "0.34 0.45 0.22", "0.35 0.46 0.23", "0.1 0.1"),
-}
-"""Two colours of the squares, colour of the joints, repeats a metre (of two squares a side)."""
+    Parameters
+    ----------
+    xml : str
+        MJCF, without an XML declaration; lengths in metres, angles in degrees.
+    assets : mapping of str to bytes
+        Content of each file that it names.
+    """
+
+    xml: str
+    assets: Mapping[str, bytes]
 
 
-def mjcf(scene: Scene) -> str:
+def mjcf(scene: Scene, objects: Catalogue = OBJECTS) -> Document:
     """Return the scene as an MJCF document whose geometry is grouped by `Group`.
 
     Parameters
     ----------
     scene : Scene
-        What to write. Cameras keep their names; bodies are called ``object``, ``park``, ``obstacle-k``
-        and ``robot-k``, k counted from 1.
+        What to write. Cameras keep their names; bodies are called ``object``, ``surroundings``,
+        ``obstacle-k`` and ``robot-k``, k counted from 1.
+    objects : mapping of str to Model or MeshModel
+        The known objects by name.
 
-    Returns
-    -------
-    str
-        XML, without an XML declaration; lengths in metres, angles in degrees.
+    Raises
+    ------
+    InputError
+        The scene's object is not among them, or its meshes are others.
     """
+    thing, around = object_of(scene, objects), SURROUNDINGS[scene.surroundings]
     root = ET.Element("mujoco", model=scene.name)
     ET.SubElement(root, "compiler", angle="degree")
-    _look(root)
+    _look(root, scene.light, REACH[scene.surroundings])
     assets = ET.SubElement(root, "asset")
-    _paints(assets)
+    _paints(assets, scene.light)
     world = ET.SubElement(root, "worldbody")
-    _ground(world)
-    _body(world, assets, "park", park(), Group.PARK)
-    _body(world, assets, "object", _object(scene.name), Group.OBJECT)
-    for k, thing in enumerate(scene.obstacles, start=1):
-        parts = obstacle(thing.kind, thing.width, thing.height)
-        place, turn = thing.position(), thing.azimuth + thing.turn
+    _ground(world, scene.light, around, REACH[scene.surroundings])
+    _body(world, assets, "surroundings", around.parts, Group.SURROUNDINGS, turn=scene.turn)
+    files: dict[str, bytes] = {}
+    if isinstance(thing, MeshModel):
+        files = _mesh_body(world, assets, thing)
+    else:
+        _body(world, assets, "object", thing.parts, Group.OBJECT)
+    _movables(world, assets, scene)
+    ET.indent(root)
+    return Document(ET.tostring(root, encoding="unicode"), files)
+
+
+def _movables(world: ET.Element, assets: ET.Element, scene: Scene) -> None:
+    """Add obstacles, robots and cameras."""
+    for k, obstacle in enumerate(scene.obstacles, start=1):
+        parts = OBSTACLES[obstacle.kind](obstacle.width, obstacle.height)
+        place, turn = obstacle.position(), obstacle.azimuth + obstacle.turn
         _body(world, assets, f"obstacle-{k}", parts, Group.OBSTACLES, place, turn)
     for k, robot in enumerate(scene.robots, start=1):
-        place, turn = robot.position() * (1.0, 1.0, 0.0), robot.azimuth + robot.pan
-        _body(world, assets, f"robot-{k}", husky(robot.height), Group.ROBOTS, place, turn)
+        camera = robot.camera
+        place, turn = camera.position() * (1.0, 1.0, 0.0), camera.azimuth + camera.pan
+        _body(world, assets, f"robot-{k}", ROBOTS[robot.kind](camera.height), Group.ROBOTS, place, turn)
     for name, camera in scene.cameras().items():
         axes = camera.axes(scene.target_height).ravel()
         attributes = {"pos": _numbers(camera.position()), "xyaxes": _numbers(axes)}
         ET.SubElement(world, "camera", attributes, name=name, fovy=f"{camera.field_of_view:g}")
-    ET.indent(root)
-    return ET.tostring(root, encoding="unicode")
 
 
-def _object(name: ObjectKind) -> Iterable[Part]:
-    if name == "ica-sign":
-        return sign()
-    return car(SALOON, "red") if name == "red-car" else car(ESTATE, "gray")
-
-
-def _look(root: ET.Element) -> None:
+def _look(root: ET.Element, light: Light, reach: float) -> None:
     """Set the depth range, the haze at the horizon and the resolution of shadows."""
-    ET.SubElement(root, "statistic", center="0 0 1", extent="10")
+    ET.SubElement(root, "statistic", center="0 0 0", extent=f"{reach:g}")
     visual = ET.SubElement(root, "visual")
-    ET.SubElement(visual, "headlight", ambient="0.38 0.39 0.42", diffuse="0.2 0.2 0.2", specular="0 0 0")
-    ET.SubElement(visual, "map", znear="0.005", zfar="16", haze="0.2", shadowclip="2", shadowscale="0.9")
-    ET.SubElement(visual, "quality", shadowsize="4096", offsamples="0", numslices="32", numstacks="16")
-    ET.SubElement(visual, "rgba", haze="0.82 0.88 0.93 1")
+    glow = {"ambient": _numbers(light.ambient), "diffuse": _numbers(light.fill), "specular": "0 0 0"}
+    ET.SubElement(visual, "headlight", glow)
+    depth = {"znear": f"{0.02 / reach:g}", "zfar": f"{160 / reach:g}", "haze": "0.2"}
+    ET.SubElement(visual, "map", depth, shadowclip="1", shadowscale="0.9")
+    fine = {"offsamples": "0", "numslices": "24", "numstacks": "12"}
+    ET.SubElement(visual, "quality", fine, shadowsize=str(SHADOW_MAP))
+    ET.SubElement(visual, "rgba", haze=_numbers((*_lit((0.82, 0.88, 0.93), light.sky), 1.0)))
 
 
-def _paints(assets: ET.Element) -> None:
-    sky = {"rgb1": "0.32 0.55 0.85", "rgb2": "0.88 0.92 0.95", "width": "256", "height": "1536"}
+def _paints(assets: ET.Element, light: Light) -> None:
+    top, horizon = (_numbers(_lit(colour, light.sky)) for colour in SKY)
+    sky = {"rgb1": top, "rgb2": horizon, "width": "128", "height": "768"}
     ET.SubElement(assets, "texture", sky, name="sky", type="skybox", builtin="gradient")
-    for name, (first, second, joint, repeat) in TEXTURED.items():
-        colours = {"rgb1": first, "rgb2": second, "markrgb": joint, "width": "256", "height": "256"}
+    for name, pattern in TEXTURED.items():
+        colours = {"rgb1": _numbers(pattern.first), "rgb2": _numbers(pattern.second)}
+        colours |= {"markrgb": _numbers(pattern.joint), "width": "256", "height": "256"}
         ET.SubElement(assets, "texture", colours, name=name, type="2d", builtin="checker", mark="edge")
-        finish = {"texrepeat": repeat, "texuniform": "true", "specular": "0.05", "shininess": "0.1"}
-        ET.SubElement(assets, "material", finish, name=name, texture=name)
-    for name, (colour, specular, shininess) in MATERIALS.items():
-        finish = {"specular": f"{specular:g}", "shininess": f"{shininess:g}"}
-        ET.SubElement(assets, "material", finish, name=name, rgba=f"{colour} 1")
+        finish = {"texrepeat": _numbers(pattern.repeat), "texuniform": "true"}
+        ET.SubElement(assets, "material", finish, name=name, texture=name, specular="0.05", shininess="0.1")
+    for name, paint in MATERIALS.items():
+        finish = {"specular": f"{paint.specular:g}", "shininess": f"{paint.shininess:g}"}
+        ET.SubElement(assets, "material", finish, name=name, rgba=_numbers((*paint.colour, 1.0)))
 
 
-def _ground(world: ET.Element) -> None:
-    """Add the sun, a meadow without end and the paved square."""
-    sun = {"pos": "7 3 14", "dir": "-0.42 -0.2 -0.8", "diffuse": "0.68 0.66 0.61", "specular": "0.5 0.5 0.5"}
-    ET.SubElement(world, "light", sun, name="sun", directional="true", castshadow="true")
-    flat = {"type": "plane", "group": f"{Group.PARK:d}", "contype": "0", "conaffinity": "0"}
-    ET.SubElement(world, "geom", flat, name="meadow", size="0 0 1", pos="0 0 -0.03", material="grass")
-    ET.SubElement(world, "geom", flat, name="square", size=f"{PAVED / 2} {PAVED / 2} 1", material="paving")
+def _ground(world: ET.Element, light: Light, around: Surroundings, reach: float) -> None:
+    """Add the sun and the ground without end."""
+    direction = light.direction()
+    sun = {"pos": _numbers(-1.5 * reach * direction), "dir": _numbers(direction)}
+    sun |= {"diffuse": _numbers(light.sun), "specular": _numbers(0.75 * value for value in light.sun)}
+    ET.SubElement(world, "light", sun, name="sun", type="directional", castshadow="true")
+    flat = {"type": "plane", "group": f"{Group.SURROUNDINGS:d}", "contype": "0", "conaffinity": "0"}
+    height = _numbers((0.0, 0.0, around.ground_height))
+    ET.SubElement(world, "geom", flat, name="ground", size="0 0 1", pos=height, material=around.ground)
 
 
 def _body(
@@ -156,6 +164,31 @@ def _body(
             geom.attrib.update(
                 size=_numbers(part.size), pos=_numbers(part.position), euler=_numbers(part.rotation)
             )
+
+
+def _mesh_body(world: ET.Element, assets: ET.Element, thing: MeshModel) -> dict[str, bytes]:
+    """Add an object made of files; return their contents by the names that the document gives them."""
+    files = {f"object-{k}.obj": content for k, (_, content) in enumerate(thing.pieces, start=1)}
+    body = ET.SubElement(world, "body", name="object")
+    paint = {"name": "mesh-paint", "specular": "0.2", "shininess": "0.3"}
+    if thing.texture is None:
+        ET.SubElement(assets, "material", paint, rgba=_numbers((*MATERIALS["gray"].colour, 1.0)))
+    else:
+        ET.SubElement(assets, "texture", name="mesh-texture", type="2d", file="object.png")
+        ET.SubElement(assets, "material", paint, texture="mesh-texture")
+    for file in files:
+        name = file.removesuffix(".obj")
+        ET.SubElement(
+            assets, "mesh", name=name, file=file, inertia="shell", scale=_numbers([thing.scale] * 3)
+        )
+        geom = {"type": "mesh", "mesh": name, "material": "mesh-paint", "group": f"{Group.OBJECT:d}"}
+        geom |= {"pos": _numbers(thing.position), "quat": _numbers(thing.rotation)}
+        ET.SubElement(body, "geom", geom, contype="0", conaffinity="0")
+    return files if thing.texture is None else {**files, "object.png": thing.texture}
+
+
+def _lit(colour: Colour, light: Colour) -> tuple[float, ...]:
+    return tuple(min(share * strength, 1.0) for share, strength in zip(colour, light, strict=True))
 
 
 def _numbers(values: Iterable[float]) -> str:

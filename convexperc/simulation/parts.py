@@ -1,14 +1,13 @@
-"""Parts: the boxes, cylinders and small meshes of which every model in a scene is made."""
+"""Parts: the boxes, cylinders, ellipsoids and small meshes of which every model in a scene is made."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import atan2, degrees, hypot
 from typing import Literal
-
-import numpy as np
-from jaxtyping import Float, Int
 
 Point = tuple[float, float, float]
 Triangle = tuple[int, int, int]
+Axis = Literal["x", "y", "z"]
 Shape = Literal["box", "cylinder", "capsule", "ellipsoid", "mesh"]
 
 
@@ -21,7 +20,7 @@ class Part:
     shape : {"box", "cylinder", "capsule", "ellipsoid", "mesh"}
         Kind of body.
     material : str
-        Name of the paint; see `convexperc.simulation.scenes.MATERIALS`.
+        Name of the paint; see `convexperc.simulation.materials`.
     size : tuple of float
         Half sizes in metres: (x, y, z) of a box or an ellipsoid; (radius, half length) of a cylinder or
         a capsule, whose axis is z. Empty for a mesh.
@@ -49,61 +48,32 @@ def box(material: str, size: Point, position: Point, rotation: Point = (0.0, 0.0
     return Part("box", material, (size[0] / 2, size[1] / 2, size[2] / 2), position, rotation)
 
 
-def disc(material: str, radius: float, width: float, position: Point, axis: Literal["x", "z"] = "x") -> Part:
-    """Return a cylinder of the given radius and full width (metres) about the x or the z axis."""
-    rotation = (0.0, 90.0, 0.0) if axis == "x" else (0.0, 0.0, 0.0)
+def disc(material: str, radius: float, width: float, position: Point, axis: Axis = "x") -> Part:
+    """Return a cylinder of the given radius and full width (metres) about an axis parallel to `axis`."""
+    rotation = {"x": (0.0, 90.0, 0.0), "y": (90.0, 0.0, 0.0), "z": (0.0, 0.0, 0.0)}[axis]
     return Part("cylinder", material, (radius, width / 2), position, rotation)
 
 
-def blob(material: str, size: Point, position: Point) -> Part:
-    """Return an ellipsoid of full extents `size` (metres)."""
-    return Part("ellipsoid", material, (size[0] / 2, size[1] / 2, size[2] / 2), position)
+def rod(material: str, radius: float, start: Point, end: Point) -> Part:
+    """Return a cylinder of the given radius (metres) from `start` to `end`."""
+    x, y, z = (b - a for a, b in zip(start, end, strict=True))
+    middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
+    lean = (degrees(atan2(-y, z)), degrees(atan2(x, hypot(y, z))), 0.0)
+    return Part("cylinder", material, (radius, hypot(x, y, z) / 2), middle, lean)
 
 
-def hull(material: str, corners: Sequence[Point]) -> Part:
-    """Return the convex hull of `corners` (metres)."""
-    return Part("mesh", material, vertices=tuple(corners))
-
-
-def loft(material: str, rings: Float[np.ndarray, "stations corners 3"]) -> Part:
-    """Return the closed skin over a row of rings with equally many corners each.
-
-    Parameters
-    ----------
-    material : str
-        Name of the paint.
-    rings : ndarray, shape (stations, corners, 3)
-        Corners in metres; anticlockwise in the (x, z) plane seen from -y, stations in growing y.
-
-    Returns
-    -------
-    Part
-        A mesh whose two ends are closed by fans.
-    """
-    vertices = tuple((float(x), float(y), float(z)) for x, y, z in rings.reshape(-1, 3))
-    faces = _loft_faces(rings.shape[0], rings.shape[1])
-    return Part(
-        "mesh", material, vertices=vertices, faces=tuple((int(a), int(b), int(c)) for a, b, c in faces)
-    )
-
-
-def _loft_faces(stations: int, corners: int) -> Int[np.ndarray, "faces 3"]:
-    index = np.arange(stations * corners).reshape(stations, corners)
-    here, there = index[:-1], index[1:]
-    here_next, there_next = np.roll(here, -1, axis=1), np.roll(there, -1, axis=1)
-    sides = [np.stack([here, there, here_next], -1), np.stack([here_next, there, there_next], -1)]
-    first, last = index[0], index[-1]
-    fan = [(first[0], first[k], first[k + 1]) for k in range(1, corners - 1)]
-    fan += [(last[0], last[k + 1], last[k]) for k in range(1, corners - 1)]
-    return np.concatenate([side.reshape(-1, 3) for side in sides] + [np.array(fan)])
+def blob(material: str, size: Point, position: Point, rotation: Point = (0.0, 0.0, 0.0)) -> Part:
+    """Return an ellipsoid of full extents `size` (metres), turned by `rotation` (degrees)."""
+    return Part("ellipsoid", material, (size[0] / 2, size[1] / 2, size[2] / 2), position, rotation)
 
 
 def mirrored(part: Part) -> Part:
-    """Return the mirror image of `part` in the plane x = 0, for boxes, discs, ellipsoids and hulls."""
+    """Return the mirror image of `part` in the plane x = 0; a skin of triangles still faces outwards."""
     x, y, z = part.position
     a, b, c = part.rotation
     corners = tuple((-p[0], p[1], p[2]) for p in part.vertices)
-    return Part(part.shape, part.material, part.size, (-x, y, z), (a, -b, -c), corners)
+    faces = tuple((i, k, j) for i, j, k in part.faces)
+    return Part(part.shape, part.material, part.size, (-x, y, z), (a, -b, -c), corners, faces)
 
 
 def both_sides(parts: Sequence[Part]) -> Iterator[Part]:

@@ -1,4 +1,4 @@
-"""Draws a scene with MuJoCo, without a display. The only module that imports mujoco.
+"""Draws a scene with MuJoCo, without a display.
 
 MuJoCo comes with the extra ``sim`` (``pip install "convexperc[sim]"``). It needs an OpenGL library of the
 system, which the environment variable ``MUJOCO_GL`` may choose: ``egl`` or ``osmesa``. When it is unset,
@@ -6,46 +6,46 @@ EGL is taken if its library is installed, otherwise OSMesa. Neither needs a grap
 Ubuntu, ``apt-get install libegl1 libgl1-mesa-dri`` installs EGL and ``apt-get install libosmesa6`` OSMesa.
 """
 
-import importlib
-import importlib.util
 from collections.abc import Collection
 from dataclasses import dataclass
-from types import ModuleType, TracebackType
+from types import TracebackType
 from typing import Any, final
 
 import cv2
 import numpy as np
-from jaxtyping import Int, UInt8
+from jaxtyping import Bool, UInt8
 
-from convexperc.errors import InputError, MissingExtraError
-from convexperc.simulation.backends import INSTALL, Backend, RenderingError, choose_backend
+from convexperc.errors import InputError
+from convexperc.simulation.backends import INSTALL, RenderingError, choose_backend
+from convexperc.simulation.catalogue import Catalogue
+from convexperc.simulation.effects import Picture, apply_effects
+from convexperc.simulation.frame import Frame
 from convexperc.simulation.mjcf import Group, mjcf
+from convexperc.simulation.objects import OBJECTS
+from convexperc.simulation.opengl import failure, load_mujoco, window
 from convexperc.simulation.scenes import Scene
 
-Picture = UInt8[np.ndarray, "height width 3"]
-"""Rows from the top, columns from the left, channels red, green, blue."""
+Mask = UInt8[np.ndarray, "height width"]
+"""255 where at least half of a pixel's samples show the object, else 0."""
 
 
-@dataclass(frozen=True, slots=True)
-class Engine:
-    """What draws: with the same MuJoCo, renderer and OpenGL, pictures are the same to the bit.
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """What a camera sees.
 
     Parameters
     ----------
-    mujoco : str
-        Version of MuJoCo.
-    backend : {"egl", "osmesa"}
-        How a picture without a display is obtained.
-    renderer : str
-        OpenGL's name of the renderer, for example ``"llvmpipe (LLVM 15.0.6, 256 bits)"``.
-    opengl : str
-        OpenGL's version with that of its driver.
+    picture : ndarray of uint8, (height, width, 3)
+        Red, green, blue.
+    mask : ndarray of uint8, (height, width)
+        255 where the object is seen, else 0.
+    visible_share : float
+        Samples that show the object / samples that show it when it is alone, in [0, 1].
     """
 
-    mujoco: str
-    backend: Backend
-    renderer: str
-    opengl: str
+    picture: Picture
+    mask: Mask
+    visible_share: float
 
 
 @final
@@ -56,13 +56,15 @@ class SceneRenderer:
     ----------
     scene : Scene
         What to draw.
-    width, height : int
-        Size of a picture, in pixels.
-    supersampling : int
-        Each pixel is the mean of a square of this many samples a side.
+    largest : Frame
+        No picture will have more samples a side.
+    objects : mapping of str to Model or MeshModel
+        The known objects by name.
 
     Raises
     ------
+    InputError
+        The scene's object is not known, or its meshes cannot be used.
     MissingExtraError
         MuJoCo is not installed.
     RenderingError
@@ -70,30 +72,27 @@ class SceneRenderer:
 
     Examples
     --------
-    >>> with SceneRenderer(RED_CAR, 192, 144) as renderer:  # doctest: +SKIP
-    ...     picture = renderer.picture("robot-1")
+    >>> with SceneRenderer(RED_CAR, Frame(160, 120)) as renderer:  # doctest: +SKIP
+    ...     view = renderer.view("robot-1", Frame(160, 120))
     """
 
-    def __init__(self, scene: Scene, width: int, height: int, supersampling: int = 3) -> None:
-        for name, value in (("width", width), ("height", height), ("supersampling", supersampling)):
-            if not 1 <= value <= 4096:
-                raise InputError(name, value=value, must="must be a whole number in 1..4096")
-        self.width, self.height, self.supersampling = width, height, supersampling
-        self._cameras = list(scene.cameras())
-        mujoco, self._backend, self._window = _start()
-        self._mujoco = mujoco
-        self._model = mujoco.MjModel.from_xml_string(mjcf(scene))
-        self._model.vis.global_.offwidth = width * supersampling
-        self._model.vis.global_.offheight = height * supersampling
+    def __init__(self, scene: Scene, largest: Frame, objects: Catalogue = OBJECTS) -> None:
+        document = mjcf(scene, objects)
+        self.scene, self._cameras = scene, scene.cameras()
+        self._mujoco = mujoco = load_mujoco()
+        self._window = window()
+        try:
+            self._model = mujoco.MjModel.from_xml_string(document.xml, dict(document.assets))
+        except ValueError as problem:
+            must, remedy = "must be such that MuJoCo can load it", str(problem)
+            raise InputError(f"object {scene.object}", value=scene.object, must=must, remedy=remedy) from None
+        self._model.vis.global_.offwidth = largest.columns
+        self._model.vis.global_.offheight = largest.rows
         self._data = mujoco.MjData(self._model)
         mujoco.mj_forward(self._model, self._data)
-        self._scene = mujoco.MjvScene(self._model, self._model.ngeom)
-        try:
-            self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
-        except mujoco.FatalError as problem:
-            self._window.free()
-            raise _failure(self._backend, problem) from problem
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
+        self._drawn = mujoco.MjvScene(self._model, self._model.ngeom)
+        self._object = np.flatnonzero(self._model.geom_group == Group.OBJECT)
+        self._context = self._new_context(largest)
 
     def __enter__(self) -> "SceneRenderer":
         return self
@@ -107,29 +106,18 @@ class SceneRenderer:
         """Give OpenGL's memory back; nothing can be drawn any more."""
         self._window.make_current()
         self._context.free()
-        self._window.free()
 
-    def engine(self) -> Engine:
-        """Return the versions on which the pictures depend."""
-        self._window.make_current()
-        gl = importlib.import_module("OpenGL.GL")
-        renderer, opengl = (gl.glGetString(name).decode() for name in (gl.GL_RENDERER, gl.GL_VERSION))
-        return Engine(self._mujoco.mj_versionString(), self._backend, renderer, opengl)
-
-    def picture(self, camera: str, groups: Collection[Group] = tuple(Group)) -> Picture:
-        """Draw what a camera sees.
+    def picture(self, camera: str, frame: Frame, groups: Collection[Group] = tuple(Group)) -> Picture:
+        """Draw what a camera sees, with the camera's effects.
 
         Parameters
         ----------
         camera : str
             A name from `Scene.cameras`.
+        frame : Frame
+            Size of the picture.
         groups : collection of Group
             What is present; everything by default.
-
-        Returns
-        -------
-        ndarray of uint8, shape (height, width, 3)
-            Red, green, blue; rows from the top.
 
         Raises
         ------
@@ -137,22 +125,21 @@ class SceneRenderer:
             The scene has no such camera.
         """
         self._update(camera, groups)
-        samples = self._read()
-        picture = cv2.resize(samples, (self.width, self.height), interpolation=cv2.INTER_AREA)
-        return np.asarray(picture, dtype=np.uint8)
+        for geometry in self._drawn.geoms[: self._drawn.ngeom]:
+            if self._model.geom_group[geometry.objid] == Group.SURROUNDINGS:
+                # MuJoCo draws no shadows of decoration, and most of the time goes into shadows.
+                geometry.category = self._mujoco.mjtCatBit.mjCAT_DECOR.value
+        side = frame.supersampling
+        blocks = self._read(frame).reshape(frame.height, side, frame.width, side, 3)
+        return apply_effects(blocks.mean(axis=(1, 3)), self._cameras[camera], camera, self.scene.seed)
 
-    def visible_fraction(self, camera: str) -> float:
-        """Measure how much of the object a camera sees, of what it would see were nothing in between.
+    def view(self, camera: str, frame: Frame, groups: Collection[Group] = tuple(Group)) -> View:
+        """Draw what a camera sees, and where the object is in it.
 
         Parameters
         ----------
-        camera : str
-            A name from `Scene.cameras`.
-
-        Returns
-        -------
-        float
-            Samples that show the object, divided by those that show it when it is alone; in [0, 1].
+        camera, frame, groups
+            As for `picture`.
 
         Raises
         ------
@@ -161,31 +148,52 @@ class SceneRenderer:
         RenderingError
             The object lies outside of the picture even when it is alone.
         """
-        alone = self._object_samples(camera, (Group.OBJECT,))
+        seen = self._object_samples(camera, frame, groups)
+        side = frame.supersampling
+        count = seen.reshape(frame.height, side, frame.width, side).sum(axis=(1, 3))
+        mask = np.where(2 * count >= side * side, np.uint8(255), np.uint8(0))
+        share = int(seen.sum()) / self._alone(camera, frame)
+        return View(self.picture(camera, frame, groups), mask, share)
+
+    def visible_share(self, camera: str, frame: Frame) -> float:
+        """Return the samples that show the object, divided by those that show it when it is alone.
+
+        Raises
+        ------
+        InputError
+            The scene has no such camera.
+        RenderingError
+            The object lies outside of the picture even when it is alone.
+        """
+        return int(self._object_samples(camera, frame, tuple(Group)).sum()) / self._alone(camera, frame)
+
+    def _alone(self, camera: str, frame: Frame) -> int:
+        """Count the samples that show the object when it is alone; at least one."""
+        alone = int(self._object_samples(camera, frame, (Group.OBJECT,)).sum())
         if alone == 0:
-            raise RenderingError(
-                f"the picture of {camera}", value=alone, must="must contain a part of the object"
-            )
-        return self._object_samples(camera, tuple(Group)) / alone
+            must, remedy = "must contain a part of the object", "Change its pan, distance or height."
+            raise RenderingError(f"the picture of {camera}", value=alone, must=must, remedy=remedy)
+        return alone
 
-    def _object_samples(self, camera: str, groups: Collection[Group]) -> int:
-        """Count the samples at which the foremost surface is the object's."""
+    def _object_samples(
+        self, camera: str, frame: Frame, groups: Collection[Group]
+    ) -> Bool[np.ndarray, "rows columns"]:
+        """Tell at which samples the foremost surface is the object's."""
         self._update(camera, groups)
-        for flag in (self._mujoco.mjtRndFlag.mjRND_SEGMENT, self._mujoco.mjtRndFlag.mjRND_IDCOLOR):
-            self._scene.flags[flag] = True
-        codes = self._read().astype(np.int64) @ np.array([1, 1 << 8, 1 << 16])
-        for flag in (self._mujoco.mjtRndFlag.mjRND_SEGMENT, self._mujoco.mjtRndFlag.mjRND_IDCOLOR):
-            self._scene.flags[flag] = False
-        return int(np.isin(codes, self._object_codes()).sum())
-
-    def _object_codes(self) -> Int[np.ndarray, " geometries"]:
-        """Colour codes of the object's geometries in a segmented picture: identifier plus one."""
-        geometry = self._mujoco.mjtObj.mjOBJ_GEOM
-        drawn = [g for g in self._scene.geoms[: self._scene.ngeom] if g.objtype == geometry]
-        codes = [g.segid + 1 for g in drawn if self._model.geom_group[g.objid] == Group.OBJECT]
-        return np.array(codes, dtype=np.int64)
+        flags = [self._mujoco.mjtRndFlag.mjRND_SEGMENT, self._mujoco.mjtRndFlag.mjRND_IDCOLOR]
+        for flag in flags:
+            self._drawn.flags[flag] = True
+        samples = self._read(frame)
+        for flag in flags:
+            self._drawn.flags[flag] = False
+        codes = samples.astype(np.int32) @ np.array([1, 1 << 8, 1 << 16], dtype=np.int32)
+        of_object = np.zeros(self._drawn.ngeom + 1, dtype=np.bool_)
+        for geometry in self._drawn.geoms[: self._drawn.ngeom]:
+            of_object[geometry.segid + 1] = geometry.objid in self._object
+        return of_object[codes]
 
     def _update(self, camera: str, groups: Collection[Group]) -> None:
+        """Say what is drawn, and seen from where."""
         if camera not in self._cameras:
             raise InputError("camera", value=camera, must=f"must be one of {', '.join(self._cameras)}")
         mujoco = self._mujoco
@@ -196,34 +204,42 @@ class SceneRenderer:
         view.type = mujoco.mjtCamera.mjCAMERA_FIXED
         view.fixedcamid = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
-        mujoco.mjv_updateScene(self._model, self._data, option, None, view, everything, self._scene)
+        mujoco.mjv_updateScene(self._model, self._data, option, None, view, everything, self._drawn)
 
-    def _read(self) -> UInt8[np.ndarray, "rows columns 3"]:
+    def _read(self, frame: Frame) -> UInt8[np.ndarray, "rows columns 3"]:
         """Draw the scene at the full number of samples; rows from the top."""
-        columns, rows = self.width * self.supersampling, self.height * self.supersampling
-        samples = np.empty((rows, columns, 3), dtype=np.uint8)
+        samples = np.empty((frame.rows, frame.columns, 3), dtype=np.uint8)
         self._window.make_current()
-        area = self._mujoco.MjrRect(0, 0, columns, rows)
-        self._mujoco.mjr_render(area, self._scene, self._context)
+        area = self._mujoco.MjrRect(0, 0, frame.columns, frame.rows)
+        self._mujoco.mjr_render(area, self._drawn, self._context)
         self._mujoco.mjr_readPixels(samples, None, area, self._context)
         return np.ascontiguousarray(samples[::-1])
 
+    def _new_context(self, largest: Frame) -> Any:
+        """Hand the model's meshes and textures to OpenGL."""
+        mujoco = self._mujoco
+        try:
+            context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+        except mujoco.FatalError as problem:
+            raise failure(choose_backend(), problem) from problem
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
+        if context.offWidth < largest.columns or context.offHeight < largest.rows:
+            context.free()
+            must = f"must hold {largest.columns} x {largest.rows} samples"
+            raise RenderingError("OpenGL's picture", value=None, must=must, remedy=INSTALL)
+        return context
 
-def _start() -> tuple[ModuleType, Backend, Any]:
-    """Import MuJoCo and make an OpenGL context without a display."""
-    if importlib.util.find_spec("mujoco") is None:
-        remedy = 'Install the extra sim: pip install "convexperc[sim]".'
-        raise MissingExtraError("mujoco", value=None, must="must be installed to draw a scene", remedy=remedy)
-    backend = choose_backend()
-    try:
-        mujoco = importlib.import_module("mujoco")
-        window = importlib.import_module(f"mujoco.{backend}").GLContext(1, 1)
-        window.make_current()
-    except Exception as problem:
-        raise _failure(backend, problem) from problem
-    return mujoco, backend, window
 
+def png(picture: Picture | Mask) -> bytes:
+    """Return a picture or a mask as a PNG file.
 
-def _failure(backend: Backend, problem: Exception) -> RenderingError:
-    detail = f"{type(problem).__name__}: {problem}"
-    return RenderingError(f"the OpenGL backend {backend}", value=detail, must="must start", remedy=INSTALL)
+    Raises
+    ------
+    RenderingError
+        It cannot be encoded.
+    """
+    pixels = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
+    done, data = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 6])
+    if not done:
+        raise RenderingError("picture", value=picture.shape, must="must be encodable as PNG")
+    return data.tobytes()

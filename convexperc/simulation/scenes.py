@@ -1,12 +1,9 @@
 """A scene as data: one object, robots with cameras on a ring around it, obstacles in between.
 
-The object stands at the origin of a floor; z points up. Azimuths are degrees, anticlockwise from above;
-0 is the direction from which the reference is taken: the side of a car, the front of the sign.
-
-Paper: Section IV-A, the scenes of the multi-robot simulation (the layout of robots and obstacles is ours).
+Paper: Section IV-A, the scenes of the multi-robot simulation and of the physical robots (the layouts of
+robots and obstacles are ours).
 """
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -14,87 +11,60 @@ import numpy as np
 from jaxtyping import Float
 
 from convexperc.errors import InputError
-from convexperc.simulation.props import ObstacleKind
+from convexperc.simulation.camera import Camera, place
+from convexperc.simulation.checks import check_name, check_range
+from convexperc.simulation.light import BRIGHT, Light
+from convexperc.simulation.obstacles import OBSTACLES, ObstacleKind
+from convexperc.simulation.robots import ROBOTS
+from convexperc.simulation.surroundings import SURROUNDINGS
 
-ObjectKind = Literal["red-car", "gray-car", "ica-sign"]
+RobotKind = Literal["husky", "rover"]
 
-LOWEST_CAMERA = 0.5
-"""A lens, in metres, stands no lower than the deck of its robot."""
+LENS_HEIGHTS: dict[RobotKind, tuple[float, float]] = {"husky": (0.5, 3.0), "rover": (0.1, 0.5)}
+"""Lowest and highest lens of each kind of robot, in metres."""
 
-
-def _place(azimuth: float, distance: float, height: float) -> Float[np.ndarray, "3"]:
-    angle = math.radians(azimuth)
-    return np.array([distance * math.cos(angle), distance * math.sin(angle), height])
+OVERHEAD = Camera(azimuth=-28.0, distance=15.0, height=21.0, field_of_view=39.0)
+"""Looks at a scene in the park from above."""
 
 
-def _check(name: str, value: float, low: float, high: float) -> None:
-    if not low <= value <= high:
-        raise InputError(name, value=value, must=f"must lie in [{low:g}, {high:g}]")
+def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise InputError(name, value=value, must=f"must be one of {', '.join(choices)}")
 
 
 @dataclass(frozen=True, slots=True)
-class Camera:
-    """A camera that looks at the object.
+class Robot:
+    """A wheeled robot that stands under its camera's lens and faces where the camera looks.
 
     Parameters
     ----------
-    azimuth : float
-        Direction from the object to the camera, in degrees.
-    distance : float
-        Horizontal distance from the object's centre, in metres.
-    height : float
-        Height of the lens above the floor, in metres.
-    field_of_view : float
-        Vertical angle of view, in degrees.
-    pan : float
-        Degrees by which the camera looks past the object, anticlockwise from above.
+    kind : {"husky", "rover"}
+        A robot of a metre's length, or one of a quarter of a metre.
+    camera : Camera
+        Its eye, and thereby its place.
 
     Raises
     ------
     InputError
-        A value is not finite or outside its range.
+        There is no such kind, or it cannot carry a lens at that height.
     """
 
-    azimuth: float
-    distance: float
-    height: float
-    field_of_view: float = 36.0
-    pan: float = 0.0
+    kind: RobotKind
+    camera: Camera
 
     def __post_init__(self) -> None:
-        _check("azimuth", self.azimuth, -360.0, 360.0)
-        _check("distance", self.distance, 0.5, 40.0)
-        _check("height", self.height, LOWEST_CAMERA, 40.0)
-        _check("field_of_view", self.field_of_view, 1.0, 120.0)
-        _check("pan", self.pan, -90.0, 90.0)
-
-    def position(self) -> Float[np.ndarray, "3"]:
-        """Return the place of the lens, in metres."""
-        return _place(self.azimuth, self.distance, self.height)
-
-    def axes(self, target_height: float) -> Float[np.ndarray, "2 3"]:
-        """Return the picture's unit vectors to the right and upwards, as rows.
-
-        Parameters
-        ----------
-        target_height : float
-            Height in metres of the point above the origin at which the camera looks.
-        """
-        forward = _place(self.azimuth + self.pan, -self.distance, target_height - self.height)
-        forward /= np.linalg.norm(forward)
-        right = np.cross(forward, [0.0, 0.0, 1.0])
-        right /= np.linalg.norm(right)
-        return np.stack([right, np.cross(right, forward)])
+        _check_choice("robot", self.kind, tuple(ROBOTS))
+        check_range(f"lens height of a {self.kind}", self.camera.height, *LENS_HEIGHTS[self.kind])
 
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """A crate, a barrel or a wall near the object.
+    """Something near the object that may hide it.
 
     Parameters
     ----------
-    kind : {"crate", "barrel", "wall"}
-        What it is.
+    kind : str
+        A name of `convexperc.simulation.obstacles.OBSTACLES`.
     azimuth : float
         Direction from the object to the obstacle, in degrees.
     distance : float
@@ -121,55 +91,83 @@ class Obstacle:
     turn: float = 0.0
 
     def __post_init__(self) -> None:
-        _check("azimuth", self.azimuth, -360.0, 360.0)
-        _check("distance", self.distance, 0.5, 40.0)
-        _check("width", self.width, 0.2, 20.0)
-        _check("height", self.height, 0.2, 20.0)
-        _check("elevation", self.elevation, 0.0, 20.0)
-        _check("turn", self.turn, -180.0, 180.0)
+        _check_choice("obstacle", self.kind, tuple(OBSTACLES))
+        check_range("azimuth", self.azimuth, -360.0, 360.0)
+        check_range("distance", self.distance, 0.05, 40.0)
+        check_range("width", self.width, 0.05, 20.0)
+        check_range("height", self.height, 0.05, 20.0)
+        check_range("elevation", self.elevation, 0.0, 20.0)
+        check_range("turn", self.turn, -180.0, 180.0)
 
     def position(self) -> Float[np.ndarray, "3"]:
         """Return the centre of its foot, in metres."""
-        return _place(self.azimuth, self.distance, self.elevation)
+        return place(self.azimuth, self.distance, self.elevation)
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """One object, the reference camera, the robots and the obstacles.
+    """One object, the reference camera, the robots, the obstacles, the surroundings and the light.
+
+    The same description gives the same pixels on the same engine.
 
     Parameters
     ----------
-    name : {"red-car", "gray-car", "ica-sign"}
-        The object, and the name of the scene.
+    name : str
+        What the scene is called; becomes the name of its folder.
+    object : str
+        A name of `convexperc.simulation.objects.OBJECTS`, or of a folder of meshes.
     target_height : float
         Height in metres of the point at which all cameras look.
     reference : Camera
         Takes the reference, with neither robots nor obstacles present.
-    robots : tuple of Camera
-        One camera a robot; robot k (from 1) is called ``robot-k``.
+    robots : tuple of Robot
+        Robot k (from 1) and its camera are called ``robot-k``.
     obstacles : tuple of Obstacle
         What may hide the object.
     overhead : Camera
         Looks at the whole scene from above.
+    surroundings : str
+        A name of `convexperc.simulation.surroundings.SURROUNDINGS`.
+    turn : float
+        Degrees by which the surroundings are turned around the object, anticlockwise from above.
+    light : Light
+        What shines.
+    seed : int
+        Seed of the cameras' noise, not negative.
+    mesh_sha256 : str
+        Hash of the object's folder of meshes; empty for an object of the package.
 
     Raises
     ------
     InputError
-        There is no robot.
+        A value is outside its range, or there is no such place.
     """
 
-    name: ObjectKind
+    name: str
+    object: str
     target_height: float
     reference: Camera
-    robots: tuple[Camera, ...]
+    robots: tuple[Robot, ...]
     obstacles: tuple[Obstacle, ...] = ()
-    overhead: Camera = Camera(azimuth=-28.0, distance=15.0, height=17.0, field_of_view=39.0)
+    overhead: Camera = OVERHEAD
+    surroundings: str = "park"
+    turn: float = 0.0
+    light: Light = BRIGHT
+    seed: int = 0
+    mesh_sha256: str = ""
 
     def __post_init__(self) -> None:
-        if not self.robots:
-            raise InputError("robots", value=self.robots, must="must hold at least one camera")
+        check_name("scene", self.name)
+        check_name("object", self.object)
+        check_range("target_height", self.target_height, 0.0, 40.0)
+        _check_choice("surroundings", self.surroundings, tuple(SURROUNDINGS))
+        check_range("turn", self.turn, -360.0, 360.0)
+        check_range("seed", self.seed, 0, 2**63 - 1)
 
     def cameras(self) -> dict[str, Camera]:
         """Return every camera by name: ``reference``, ``overhead``, ``robot-1``, ``robot-2``, ..."""
-        robots = {f"robot-{k}": camera for k, camera in enumerate(self.robots, start=1)}
-        return {"reference": self.reference, "overhead": self.overhead, **robots}
+        return {"reference": self.reference, "overhead": self.overhead, **self.views()}
+
+    def views(self) -> dict[str, Camera]:
+        """Return the robots' cameras by name: ``robot-1``, ``robot-2``, ..."""
+        return {f"robot-{k}": robot.camera for k, robot in enumerate(self.robots, start=1)}

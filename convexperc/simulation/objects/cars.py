@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
-from convexperc.simulation.parts import Part, Point, blob, both_sides, box, disc, hull, loft
+from convexperc.simulation.parts import Part, Point, blob, both_sides, box, disc
+from convexperc.simulation.skins import hull, loft
 
 Profile = tuple[tuple[float, float], ...]
 """Points (y, z) in metres; the nose points to +y."""

@@ -1,0 +1,32 @@
+"""A bar for long work, on stderr and on a terminal only."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+
+@contextmanager
+def progress(first: str, done: str) -> Iterator[tuple[Callable[[int], None], Callable[[str], None]]]:
+    """Show a bar; give a function for the number of steps and one for each step.
+
+    Parameters
+    ----------
+    first : str
+        What is shown before the first step is finished.
+    done : str
+        Stands before the name of each finished step.
+    """
+    console = Console(stderr=True)
+    columns = TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn()
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(first, total=None)
+
+        def expect(steps: int) -> None:
+            bar.update(task, total=steps)
+
+        def step(name: str) -> None:
+            bar.update(task, description=f"{done} {name}", advance=1)
+
+        yield expect, step

@@ -1,0 +1,32 @@
+"""What the parts of a description have in common: ranges of numbers, and names that can be file names."""
+
+import re
+
+from convexperc.errors import InputError
+
+NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+
+
+def check_range(name: str, value: float, low: float, high: float) -> None:
+    """Raise unless `value` is a number in [low, high]; not a number is refused as well.
+
+    Raises
+    ------
+    InputError
+        It is not.
+    """
+    if not low <= value <= high:
+        raise InputError(name, value=value, must=f"must lie in [{low:g}, {high:g}]")
+
+
+def check_name(name: str, value: str) -> None:
+    """Raise unless `value` is a name in lower case with single hyphens, 64 characters at most.
+
+    Raises
+    ------
+    InputError
+        It is not.
+    """
+    if len(value) > 64 or not NAME.fullmatch(value):
+        must = "must be letters a-z and digits, joined by single hyphens, at most 64"
+        raise InputError(name, value=value, must=must, remedy="It becomes the name of a file or folder.")

@@ -1,0 +1,196 @@
+"""Draws whole data sets into folders, with several processes, and goes on where a run was stopped."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from convexperc.errors import InputError
+from convexperc.records import json_bytes
+from convexperc.simulation import case_study, physical
+from convexperc.simulation.catalogue import Catalogue, catalogue, mesh_sha256, object_of
+from convexperc.simulation.descriptions import scene_record
+from convexperc.simulation.drawing import draw_reference, draw_scene, find_scene, sha256
+from convexperc.simulation.folder import begin, close_folder, keep, open_folder, part_name
+from convexperc.simulation.frame import Frame
+from convexperc.simulation.layouts import SCENES
+from convexperc.simulation.light import BRIGHT
+from convexperc.simulation.manifest import manifest_head
+from convexperc.simulation.meshes import MeshModel
+from convexperc.simulation.objects import Model
+from convexperc.simulation.opengl import engine
+from convexperc.simulation.proposing import Plan, Propose, base_scene
+from convexperc.simulation.request import Request, SetName
+from convexperc.simulation.scenes import Scene
+from convexperc.simulation.setting import LAB, PARK, Setting
+
+PROPOSE: dict[SetName, Propose] = {"physical": physical.proposals, "case-study": case_study.proposals}
+SETTINGS: dict[SetName, Setting] = {"physical": LAB, "case-study": PARK}
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What a run left.
+
+    Parameters
+    ----------
+    manifest : mapping
+        What ``manifest.json`` holds, plain JSON values.
+    drawn : frozenset of str
+        The parts that were drawn now, see `part_name`; the others were there.
+    """
+
+    manifest: Mapping[str, Any]
+    drawn: frozenset[str]
+
+    @property
+    def pictures(self) -> int:
+        """Number of views and references, without masks and overhead pictures."""
+        return sum(self._counts().values())
+
+    @property
+    def drawn_pictures(self) -> int:
+        """Number of those that were drawn now."""
+        return sum(count for part, count in self._counts().items() if part in self.drawn)
+
+    def _counts(self) -> dict[str, int]:
+        parts = [*self.manifest["references"], *self.manifest["scenes"]]
+        return {part_name(entry): len(entry.get("views", [entry])) for entry in parts}
+
+
+def write_data_set(
+    folder: Path,
+    request: Request,
+    *,
+    meshes: Mapping[str, MeshModel] | None = None,
+    workers: int = 1,
+    progress: Callable[[str, int], None] | None = None,
+) -> Written:
+    """Draw a data set, or what is missing of it. Any number of workers gives the same bytes.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it goes; absent, empty, or what a run of the same request left.
+    request : Request
+        What to draw.
+    meshes : mapping of str to MeshModel
+        Objects made of meshes, which replace those of the same name.
+    workers : int
+        Number of processes, at least 1.
+    progress : callable
+        Called with the name of each finished part and the number of all parts.
+
+    Returns
+    -------
+    Written
+
+    Raises
+    ------
+    InputError
+        The folder cannot be used, an object is unknown, or a scene cannot be found.
+    MissingExtraError
+        MuJoCo is not installed.
+    RenderingError
+        There is no OpenGL library, or it failed.
+    """
+    if workers < 1:
+        raise InputError("workers", value=workers, must="must be at least 1")
+    objects = catalogue(meshes)
+    head = request.record(engine(), objects)
+    parts = _parts(request)
+    report = progress or (lambda part, count: None)
+    entries = {part: entry for part, entry in open_folder(folder, head).items() if part in parts}
+    missing = [part for part in parts if part not in entries]
+    for part in entries:
+        report(part, len(parts))
+    if missing:
+        begin(folder, head, entries)
+    jobs = (
+        delayed(_make)(folder, request, objects[name], plan) for name, plan in map(parts.__getitem__, missing)
+    )
+    for entry in Parallel(n_jobs=workers, return_as="generator_unordered")(jobs):
+        entries[part_name(entry)] = entry
+        report(part_name(entry), len(parts))
+    return _finish(folder, head, [entries[part] for part in parts], missing)
+
+
+def _parts(request: Request) -> dict[str, tuple[str, Plan | None]]:
+    """Return the object and, of a scene, the plan of each part of a data set, by the part's name."""
+    parts: dict[str, tuple[str, Plan | None]] = {
+        f"references/{name}": (name, None) for name in request.objects
+    }
+    return parts | {f"scenes/{plan.name}": (name, plan) for name, plan in request.plans()}
+
+
+def _finish(
+    folder: Path, head: Mapping[str, Any], entries: Sequence[dict[str, Any]], drawn: Iterable[str]
+) -> Written:
+    """Write the manifest."""
+    references = [entry for entry in entries if "views" not in entry]
+    manifest = {**head, "references": references, "scenes": [entry for entry in entries if "views" in entry]}
+    close_folder(folder, manifest)
+    return Written(manifest, frozenset(drawn))
+
+
+def write_scene(
+    folder: Path, scene: Scene, frame: Frame, *, meshes: Mapping[str, MeshModel] | None = None
+) -> Written:
+    """Draw one scene and its reference into a folder of the same form.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it goes; absent, empty, or what a run of the same scene left.
+    scene : Scene
+        What to draw.
+    frame : Frame
+        Size of the views.
+    meshes : mapping of str to MeshModel
+        Objects made of meshes.
+
+    Raises
+    ------
+    InputError, MissingExtraError, RenderingError
+        See `write_data_set`; also when the scene has no robot.
+    """
+    if not scene.robots:
+        raise InputError("robots", value=scene.robots, must="must hold at least one robot")
+    objects = catalogue(meshes)
+    object_of(scene, objects)
+    head = manifest_head("scene", scene.seed, [scene.object], frame, engine(), objects)
+    head |= {"description_sha256": sha256(json_bytes(scene_record(scene)))}
+    begin(folder, head, open_folder(folder, head))
+    reference = keep(folder, draw_reference(scene, frame, objects))
+    entry = keep(folder, draw_scene(scene, frame, objects, level="as described"))
+    return _finish(folder, head, [reference, entry], [part_name(reference), part_name(entry)])
+
+
+def _make(folder: Path, request: Request, thing: Model | MeshModel, plan: Plan | None) -> dict[str, Any]:
+    """Draw one part and put it in its place; runs in a worker."""
+    objects = {thing.name: thing}
+    if plan is None:
+        return keep(folder, draw_reference(reference_scene(request.set, thing), request.frame, objects))
+    proposals = PROPOSE[request.set](plan, thing)
+    return keep(folder, find_scene(proposals, request.frame, objects, plan.level))
+
+
+def reference_scene(kind: SetName, thing: Model | MeshModel) -> Scene:
+    """Return the scene, without robots, in which the reference of an object is taken.
+
+    Parameters
+    ----------
+    kind : {"physical", "case-study"}
+        Says where.
+    thing : Model or MeshModel
+        The object.
+    """
+    for scene in SCENES:
+        if kind == "case-study" and scene.object == thing.name and not mesh_sha256(thing):
+            return replace(scene, robots=(), obstacles=())
+    plan = Plan(thing.name, 0, "reference", (0,))
+    base = base_scene(plan, thing, SETTINGS[kind], np.random.default_rng(0))
+    return replace(base, turn=0.0, light=BRIGHT, seed=0)

@@ -1,0 +1,178 @@
+"""The folder of a data set while it is being made: what is whole stays, and nothing is ever half there.
+
+A part is one scene or one reference. Its files are written beside their places and moved there together,
+and then its entry is put on record: whoever is stopped goes on later with the parts that lack an entry, or
+whose files have not the hashes of it. The manifest, which holds all entries, is written last.
+"""
+
+import json
+import shutil
+from collections.abc import Iterator, Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from convexperc.errors import InputError
+from convexperc.records import json_bytes, write_whole
+from convexperc.simulation.drawing import Drawn, sha256
+
+MANIFEST, REQUEST, RECORDS, DRAWING = "manifest.json", "request.json", ".records", ".drawing"
+
+Entries = dict[str, dict[str, Any]]
+"""Entries of the manifest by the names of their parts, see `part_name`."""
+
+
+def part_name(entry: Mapping[str, Any]) -> str:
+    """Return ``scenes/<scene>`` or ``references/<object>``."""
+    return f"scenes/{entry['name']}" if "views" in entry else f"references/{entry['object']}"
+
+
+def open_folder(folder: Path, head: Mapping[str, Any]) -> Entries:
+    """Make the folder of a data set, or look at what is there of it.
+
+    Parameters
+    ----------
+    folder : Path
+        Absent, empty, or what a run with the same head left.
+    head : mapping
+        What the manifest begins with.
+
+    Returns
+    -------
+    dict of str to dict
+        Entry of each part that is there as a whole.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, holds other things, or was begun with another head.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        present = sorted(path.name for path in folder.iterdir())
+    except OSError as problem:
+        raise _unwritable(folder, problem) from None
+    if not present:
+        return {}
+    begun, entries = _begun(folder)
+    if not begun:
+        must, remedy = "must be empty or hold a data set that was begun", "Choose another folder."
+        raise InputError(f"output {folder}", value=present[:5], must=must, remedy=remedy)
+    differing = [key for key in sorted(head.keys() | begun.keys()) if head.get(key) != begun.get(key)]
+    if differing:
+        shown = {key: begun.get(key) for key in differing}
+        must = f"must have been begun with the same {', '.join(differing)} as is asked for now"
+        raise InputError(f"output {folder}", value=shown, must=must, remedy="Choose another folder.")
+    return {name: entry for name, entry in entries.items() if _is_whole(folder, entry)}
+
+
+def _begun(folder: Path) -> tuple[dict[str, Any], Entries]:
+    """Return head and entries of a data set, finished or not; empty where there is none."""
+    manifest = _load(folder / MANIFEST)
+    if manifest:
+        entries = [*manifest.pop("references", []), *manifest.pop("scenes", [])]
+        return manifest, {part_name(entry): entry for entry in entries}
+    records = (_load(path) for path in sorted((folder / RECORDS).rglob("*.json")))
+    return _load(folder / REQUEST), {part_name(entry): entry for entry in records if "object" in entry}
+
+
+def _load(path: Path) -> dict[str, Any]:
+    """Read a record; empty if there is none that can be read."""
+    try:
+        record = json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return record if isinstance(record, dict) else {}
+
+
+def _is_whole(folder: Path, entry: Mapping[str, Any]) -> bool:
+    """Tell whether all files of a part are there and have the hashes of its entry."""
+    try:
+        return all(sha256((folder / path).read_bytes()) == digest for path, digest in _hashes(entry))
+    except OSError:
+        return False
+
+
+def _hashes(entry: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield each file of a part and its hash."""
+    for view in entry.get("views", [entry]):
+        yield view["file"], view["sha256"]
+        yield view["mask"], view["mask_sha256"]
+    if "overhead" in entry:
+        yield entry["overhead"], entry["overhead_sha256"]
+
+
+def begin(folder: Path, head: Mapping[str, Any], whole: Entries) -> None:
+    """Put on record what is asked for and which parts are whole; a manifest gives way to that.
+
+    Raises
+    ------
+    InputError
+        A file cannot be written.
+    """
+    write_whole(folder / REQUEST, json_bytes(head))
+    if (folder / MANIFEST).exists():
+        for entry in whole.values():
+            _put_on_record(folder, entry)
+        (folder / MANIFEST).unlink()
+
+
+def _put_on_record(folder: Path, entry: Mapping[str, Any]) -> None:
+    path = folder / RECORDS / f"{part_name(entry)}.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, json_bytes(entry))
+
+
+def keep(folder: Path, drawn: Drawn) -> dict[str, Any]:
+    """Put a part's files in their places and its entry on record; return the entry.
+
+    Raises
+    ------
+    InputError
+        A file cannot be written.
+    """
+    beside = folder / DRAWING / part_name(drawn.entry)
+    try:
+        shutil.rmtree(beside, ignore_errors=True)
+        for path, content in drawn.files.items():
+            (beside / path).parent.mkdir(parents=True, exist_ok=True)
+            (beside / path).write_bytes(content)
+        for parent in sorted({PurePosixPath(path).parent for path in drawn.files}):
+            own = parent.name == drawn.entry.get("name") and len(parent.parts) > 1
+            _move(beside / parent, folder / parent, shared=not own)
+        shutil.rmtree(beside)
+        _put_on_record(folder, drawn.entry)
+    except OSError as problem:
+        raise _unwritable(folder, problem) from None
+    return drawn.entry
+
+
+def _move(source: Path, target: Path, shared: bool) -> None:
+    """Move a folder of one scene as a whole, or the files of one that several scenes share."""
+    if shared:
+        target.mkdir(parents=True, exist_ok=True)
+        for path in sorted(source.iterdir()):
+            path.replace(target / path.name)
+        return
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if target.exists():
+        shutil.rmtree(target)
+    source.rename(target)
+
+
+def close_folder(folder: Path, manifest: Mapping[str, Any]) -> None:
+    """Write the manifest and remove what is no longer needed.
+
+    Raises
+    ------
+    InputError
+        The manifest cannot be written.
+    """
+    write_whole(folder / MANIFEST, json_bytes(manifest))
+    (folder / REQUEST).unlink(missing_ok=True)
+    for name in (RECORDS, DRAWING):
+        shutil.rmtree(folder / name, ignore_errors=True)
+
+
+def _unwritable(folder: Path, problem: OSError) -> InputError:
+    must = "must be a folder that can be written"
+    return InputError(f"output {folder}", value=problem.strerror, must=must, remedy="Choose another place.")

@@ -1,0 +1,191 @@
+"""Objects from a person's own meshes: a folder of OBJ files, with a texture if there is one.
+
+``DIR/<object>/*.obj`` are the pieces of one object, ``*.png`` is their common texture (at most one), and
+``object.json`` may hold ``scale`` (metres a unit of the files), ``up`` (``"z"`` or ``"y"``, the axis that
+points up in the files) and ``turn`` (degrees anticlockwise from above; after it, the object's best known
+side has to face +x). All are optional. Without a scale the object is made as large as the one of the same
+name in the package, or 0.3 m high at most.
+"""
+
+import hashlib
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from convexperc.errors import FileFormatError, InputError
+from convexperc.problem_files import read_json
+from convexperc.records import json_bytes
+from convexperc.simulation.checks import check_name, check_range
+from convexperc.simulation.objects import OBJECTS
+
+SETTINGS = "object.json"
+LARGEST = 2**26
+"""Bytes that a mesh or a texture may have."""
+USUAL_RADIUS, USUAL_HEIGHT = 0.25, 0.3
+"""Room in metres that an object without a scale and without a namesake may take."""
+
+
+@dataclass(frozen=True, slots=True)
+class MeshModel:
+    """An object made of mesh files, which stands on z = 0 at the origin once it is placed.
+
+    Parameters
+    ----------
+    name : str
+        What it is called: its folder's name.
+    pieces : tuple of (str, bytes)
+        Name and content of each OBJ file.
+    texture : bytes or None
+        Content of the PNG file that colours all pieces.
+    scale : float
+        Metres a unit of the files.
+    rotation : tuple of float
+        Unit quaternion (w, x, y, z) that is applied to the scaled pieces.
+    position : tuple of float
+        By what they are moved then, in metres.
+    radius, height : float
+        The upright cylinder about the origin that holds the object, in metres.
+    sha256 : str
+        Hash of all that the folder says.
+    """
+
+    name: str
+    pieces: tuple[tuple[str, bytes], ...]
+    texture: bytes | None
+    scale: float
+    rotation: tuple[float, ...]
+    position: tuple[float, ...]
+    radius: float
+    height: float
+    sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Settings:
+    """What ``object.json`` may say."""
+
+    scale: float | None = None
+    up: str = "z"
+    turn: float = 0.0
+
+
+def read_meshes(folder: str | os.PathLike[str]) -> dict[str, MeshModel]:
+    """Read every object of a folder of folders, by name.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be read, holds no folder with an OBJ file, or a file in it cannot be used.
+    """
+    try:
+        places = sorted(path for path in Path(folder).iterdir() if path.is_dir())
+    except OSError as problem:
+        must = "must be a readable folder"
+        raise InputError(f"meshes {os.fspath(folder)}", value=problem.strerror, must=must) from None
+    found = {path.name: _read_object(path) for path in places}
+    if not found:
+        must, remedy = "must hold a folder for each object", "Put its OBJ files into DIR/<object>/."
+        raise InputError(f"meshes {os.fspath(folder)}", value=[], must=must, remedy=remedy)
+    return found
+
+
+def _read_object(folder: Path) -> MeshModel:
+    check_name("mesh folder", folder.name)
+    pieces = tuple((path.name, _content(path)) for path in sorted(folder.glob("*.obj")))
+    textures = sorted(folder.glob("*.png"))
+    if not pieces or len(textures) > 1:
+        value = sorted(path.name for path in folder.iterdir())
+        must = "must hold one OBJ file or several, and at most one PNG file"
+        raise InputError(f"mesh folder {folder.name}", value=value, must=must)
+    texture = _content(textures[0]) if textures else None
+    points = np.concatenate([_vertices(folder.name, *piece) for piece in pieces])
+    settings = _settings(folder)
+    tip = Rotation.from_euler("x", 90.0 if settings.up == "y" else 0.0, degrees=True)
+    rotation = Rotation.from_euler("z", settings.turn, degrees=True) * tip
+    turned = rotation.apply(points)
+    low, high = turned.min(axis=0), turned.max(axis=0)
+    centre = np.array([*(low + high)[:2] / 2, low[2]])
+    radius, height = float(np.hypot(*(turned - centre)[:, :2].T).max()), float(high[2] - low[2])
+    factor = _factor(folder.name, radius, height) if settings.scale is None else float(settings.scale)
+    x, y, z, w = (float(value) for value in rotation.as_quat())
+    return MeshModel(
+        name=folder.name,
+        pieces=pieces,
+        texture=texture,
+        scale=factor,
+        rotation=(w, x, y, z),
+        position=tuple(float(value) for value in -factor * centre),
+        radius=factor * radius,
+        height=factor * height,
+        sha256=_hash(pieces, texture, settings, factor),
+    )
+
+
+def _hash(
+    pieces: tuple[tuple[str, bytes], ...], texture: bytes | None, settings: _Settings, factor: float
+) -> str:
+    """Return the hash of the files and of how they are placed."""
+    said: dict[str, Any] = {"scale": factor, "up": settings.up, "turn": float(settings.turn)}
+    said["files"] = {name: hashlib.sha256(content).hexdigest() for name, content in pieces}
+    said["texture"] = "" if texture is None else hashlib.sha256(texture).hexdigest()
+    return hashlib.sha256(json_bytes(said)).hexdigest()
+
+
+def _content(path: Path) -> bytes:
+    try:
+        size = path.stat().st_size
+        if size > LARGEST:
+            raise InputError(f"file {path.name}", value=size, must=f"must have at most {LARGEST} bytes")
+        return path.read_bytes()
+    except OSError as problem:
+        raise InputError(f"file {path.name}", value=problem.strerror, must="must be readable") from None
+
+
+def _vertices(folder: str, name: str, content: bytes) -> Float[np.ndarray, "points 3"]:
+    """Return the corners that an OBJ file lists, in its own units."""
+    rows = [line.split()[1:4] for line in content.splitlines() if line.startswith((b"v ", b"v\t"))]
+    try:
+        points = np.array(rows, dtype=np.float64)
+    except ValueError:
+        points = np.empty(0)
+    if points.ndim != 2 or points.shape[1:] != (3,) or len(points) < 3 or not np.isfinite(points).all():
+        must = "must list three corners or more, each as 'v x y z' with finite numbers"
+        raise InputError(f"mesh {folder}/{name}", value=len(rows), must=must, remedy="Export it again.")
+    return points
+
+
+def _settings(folder: Path) -> _Settings:
+    """Return what ``object.json`` says, or what holds without it."""
+    path = folder / SETTINGS
+    if not path.exists():
+        return _Settings()
+    _, record = read_json(path)
+    place = f"{folder.name}/{SETTINGS}"
+    if not isinstance(record, dict) or not record.keys() <= {"scale", "up", "turn"}:
+        must = "must be an object with no keys but scale, up and turn"
+        raise FileFormatError(place, value=record, must=must)
+    for key in record.keys() & {"scale", "turn"}:
+        if type(record[key]) not in (int, float):
+            raise FileFormatError(f"{place}: {key}", value=record[key], must="must be a number")
+    said = _Settings(**record)
+    if said.up not in ("y", "z"):
+        raise FileFormatError(f"{place}: up", value=said.up, must="must be 'y' or 'z'")
+    if said.scale is not None:
+        check_range(f"{place}: scale", said.scale, 1e-9, 1e9)
+    check_range(f"{place}: turn", said.turn, -360.0, 360.0)
+    return said
+
+
+def _factor(name: str, radius: float, height: float) -> float:
+    """Return the scale at which the object just fits into the room of its namesake."""
+    if not (radius > 0.0 and height > 0.0 and math.isfinite(radius * height)):
+        raise InputError(f"mesh folder {name}", value=(radius, height), must="must have a width and a height")
+    room = OBJECTS.get(name)
+    across, upright = (USUAL_RADIUS, USUAL_HEIGHT) if room is None else (room.radius, room.height)
+    return min(across / radius, upright / height)

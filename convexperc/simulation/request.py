@@ -1,0 +1,91 @@
+"""What a data set is asked to be: everything on which its bytes depend."""
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from convexperc.errors import InputError
+from convexperc.simulation import case_study, physical
+from convexperc.simulation.catalogue import Catalogue
+from convexperc.simulation.checks import check_range
+from convexperc.simulation.frame import Frame
+from convexperc.simulation.manifest import manifest_head
+from convexperc.simulation.objects import CASE_STUDY, PHYSICAL
+from convexperc.simulation.opengl import Engine
+from convexperc.simulation.proposing import Plan
+
+SetName = Literal["physical", "case-study"]
+
+OBJECTS_OF: dict[SetName, tuple[str, ...]] = {
+    "physical": tuple(model.name for model in PHYSICAL),
+    "case-study": tuple(model.name for model in CASE_STUDY),
+}
+"""Objects of each set, when no others are asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A data set to be drawn.
+
+    Parameters
+    ----------
+    set : {"physical", "case-study"}
+        Which kind of scenes.
+    seed : int
+        Seed of every random layout.
+    scenes : int
+        How many scenes of each object, and in the physical set of each level.
+    objects : tuple of str
+        Names of objects, at least one, all different.
+    frame : Frame
+        Size of the views.
+
+    Raises
+    ------
+    InputError
+        A number is outside its range, or an object is named twice or not at all.
+    """
+
+    set: SetName
+    seed: int
+    scenes: int
+    objects: tuple[str, ...]
+    frame: Frame
+
+    def __post_init__(self) -> None:
+        check_range("seed", self.seed, 0, 2**63 - 1)
+        check_range("scenes", self.scenes, 1, 99)
+        if min(self.frame.width, self.frame.height) < 32:
+            raise InputError("size", value=self.frame, must="must be at least 32 pixels a side")
+        if not self.objects or len(set(self.objects)) < len(self.objects):
+            must = "must name at least one object, each once"
+            raise InputError("objects", value=self.objects, must=must)
+
+    def plans(self) -> Iterator[tuple[str, Plan]]:
+        """Yield every scene's object and plan; a scene does not depend on which others are asked for."""
+        for name in self.objects:
+            if self.set == "case-study":
+                for number in range(1, self.scenes + 1):
+                    # The first scene of the package's own objects is laid out by hand.
+                    title = name if number == 1 else f"{name}-{number:02d}"
+                    yield name, Plan(title, number, case_study.LEVEL, self._seed(title))
+                continue
+            for place, level in enumerate(physical.LEVELS, start=1):
+                for number in range(1, self.scenes + 1):
+                    title = f"{name}-{place}-{number:02d}"
+                    yield name, Plan(title, number, level.name, self._seed(title))
+
+    def _seed(self, title: str) -> tuple[int, ...]:
+        return self.seed, zlib.crc32(f"{self.set}/{title}".encode())
+
+    def record(self, engine: Engine, objects: Catalogue) -> dict[str, Any]:
+        """Return the head of the manifest, plain JSON values.
+
+        Raises
+        ------
+        InputError
+            An object is not known.
+        """
+        head = manifest_head(self.set, self.seed, self.objects, self.frame, engine, objects)
+        return {**head, "scenes_each": self.scenes}
