@@ -89,9 +89,12 @@ def _cut(mask: Mask, box: Box, side: int, target: float) -> Box:
     counts = mask.sum(axis=1 if side == 2 else 0)
     hidden = np.cumsum(counts) / counts.sum()
     if side == 0:
-        return box._replace(right=int(np.argmin(np.abs(hidden - (1.0 - target)))) + 1)
+        edge = int(np.argmin(np.abs(hidden - (1.0 - target)))) + 1
+        return box._replace(right=max(edge, box.left + 1))
     edge = int(np.argmin(np.abs(hidden - target))) + 1
-    return box._replace(left=edge) if side == 1 else box._replace(top=edge)
+    if side == 1:
+        return box._replace(left=min(edge, box.right - 1))
+    return box._replace(top=min(edge, box.bottom - 1))
 
 
 def _covered(picture: Picture, mask: Mask, box: Box, rng: np.random.Generator) -> Covered:
