@@ -2,7 +2,7 @@
 
 import typer
 
-from verification.commands import claims, solvers
+from verification.commands import claims, experiments, solvers
 
 app = typer.Typer(
     add_completion=False,
@@ -18,6 +18,7 @@ app.command()(claims.run)
 app.add_typer(report, name="report")
 app.command()(claims.replay)
 app.command()(claims.faults)
+app.command()(experiments.experiments)
 app.command()(solvers.families)
 app.command()(solvers.campaign)
 app.command()(solvers.check)

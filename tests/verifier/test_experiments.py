@@ -1,0 +1,343 @@
+"""The experiments' parts: readings, scores, intervals, the rule, weights, baselines, bits."""
+
+from itertools import combinations, product
+from math import log2
+
+import numpy as np
+import pytest
+from made_up_pictures import picture_set
+
+from convexperc import recognize
+from convexperc.errors import InputError
+from convexperc.features import FeatureConfiguration
+from verification.experiments import readings
+from verification.experiments.baselines import BASELINES, score
+from verification.experiments.bootstrap import intervals
+from verification.experiments.claims import CLAIMS, Measured
+from verification.experiments.design import GOOD_VIEWS, GRID, SETTINGS, Design
+from verification.experiments.information import mutual_information
+from verification.experiments.multiverse import verdict
+from verification.experiments.numbers import rounded
+from verification.experiments.pictures import obstruction
+from verification.experiments.readings import FACTORS, GENERATORS, first, fraction, involved
+from verification.experiments.subsets import drawn, of_grid
+from verification.experiments.trials import KINDS, RIGHT, TIE, Known, Trials, Tried, judge, recognitions
+from verification.experiments.verdicts import Comparisons
+from verification.experiments.verdicts import judge as ruled
+from verification.experiments.weights import Weights, by_rank, chance_that_best_are_good
+
+DESIGN = Design(seed=0, repetitions=4, resamples=2000)
+
+
+# ---------- readings
+
+
+def test_the_default_reading_is_what_the_library_does() -> None:
+    default = fraction()[0]
+    assert default.features == FeatureConfiguration(), default
+    assert (default.lambda1, default.background, default.id) == (0.1, True, "r000")
+
+
+def balanced(chosen: tuple[readings.Reading, ...], size: int) -> bool:
+    """Whether all combinations of the levels of any `size` factors are equally frequent."""
+    for columns in combinations(range(len(FACTORS)), size):
+        counts: dict[tuple[object, ...], int] = {}
+        for each in chosen:
+            key = tuple(each.levels[k] for k in columns)
+            counts[key] = counts.get(key, 0) + 1
+        wanted = np.prod([len(list(FACTORS.values())[k]) for k in columns])
+        if len(counts) != wanted or len(set(counts.values())) != 1:
+            return False
+    return True
+
+
+def test_the_fraction_is_of_resolution_four() -> None:
+    chosen = fraction()
+    assert len({each.levels for each in chosen}) == 128
+    words = [np.bitwise_xor.reduce([g for g, on in zip(GENERATORS, pick, strict=True) if on] or [0])
+             for pick in product((0, 1), repeat=3)]  # fmt: skip
+    assert min(involved(int(word)) for word in words if word) == 4, words
+    assert balanced(chosen, 3)
+    assert not balanced(chosen, 4), "then the fraction would be better than it is said to be"
+
+
+def test_a_worse_generator_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(readings, "GENERATORS", (0b0001000101, *GENERATORS[1:]))
+    fraction.cache_clear()
+    try:
+        assert not balanced(fraction(), 3)
+    finally:
+        monkeypatch.undo()
+        fraction.cache_clear()
+
+
+@pytest.mark.parametrize("count", [4, 8, 16, 64])
+def test_a_beginning_of_the_readings_is_balanced(count: int) -> None:
+    assert balanced(first(count), 1)
+    assert first(count)[0] == fraction()[0]
+
+
+@pytest.mark.parametrize("count", [0, 129])
+def test_there_are_128_readings(count: int) -> None:
+    with pytest.raises(InputError, match="from 1 to 128"):
+        first(count)
+
+
+# ---------- trials
+
+
+def known_and_views(seed: int = 0) -> tuple[Known, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    O = rng.random((12, 4))
+    X = O.T[[1, 1, 2]] + 0.4 * rng.random((3, 12))
+    return Known(("a", "b", "c", "d"), O, {"color": 4, "hog": 5, "lbp": 3}, 0.1), X
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_reading_the_data_once_gives_what_recognize_gives(seed: int) -> None:
+    known, X = known_and_views(seed)
+    pairs = list(DESIGN.pairs)
+    for pair, found in zip(pairs, recognitions(X, known, pairs), strict=True):
+        wanted = recognize(
+            X,
+            known.O,
+            names=known.names,
+            lambda1=0.1,
+            lambda2=pair[0],
+            lambda3=pair[1],
+            modalities=known.sizes,
+        )
+        assert (found.verdict, found.label) == (wanted.verdict, wanted.label), pair
+        assert judge(found, 1) == judge(wanted, 1), pair
+
+
+@pytest.mark.parametrize("copies", [2, 3])
+def test_a_tie_scores_the_chance_of_a_fair_draw_whatever_the_order(copies: int) -> None:
+    known, X = known_and_views()
+    O = np.column_stack([known.O] + [known.O[:, 1]] * (copies - 1))
+    naive = set()
+    for order in (np.arange(O.shape[1]), np.arange(O.shape[1])[::-1]):
+        names = tuple("abcdefg"[k] for k in order)
+        found = next(recognitions(X, Known(names, O[:, order], known.sizes, 0.1), [(0.1, 0.1)]))
+        outcome = judge(found, names.index("b"))
+        assert (outcome.kind, outcome.score, outcome.label) == (TIE, pytest.approx(1 / copies), -1), found
+        assert judge(found, names.index("a")).score == 0.0
+        naive.add(found.candidates[0] == "b")
+    assert naive == {True, False}, "taking the first candidate would depend on the order, and be seen"
+
+
+def test_where_nothing_is_explained_every_object_is_a_candidate() -> None:
+    known, X = known_and_views()
+    found = next(recognitions(X, known, [(1e6, 10.0)]))
+    assert judge(found, 3).score == pytest.approx(1 / 4)
+    assert KINDS[judge(found, 3).kind] == "tie"
+
+
+def test_subsets_are_of_the_right_size_and_depend_on_seed_and_scene_alone() -> None:
+    layout = picture_set(("red", "green"), levels=True).layout
+    one, other = (drawn(DESIGN, "physical", scene) for scene in layout.scenes[:2])
+    assert one == drawn(DESIGN, "physical", layout.scenes[0])
+    assert one != other
+    assert one != drawn(Design(1, 4, 10), "physical", layout.scenes[0])
+    for n, each in enumerate(one, 1):
+        assert len(each) == DESIGN.repetitions
+        assert all(len(set(s)) == n and s == tuple(sorted(s)) and max(s) < 6 for s in each), each
+    assert [len(s) for s in of_grid(one)] == [3, 6]
+
+
+# ---------- the rule
+
+
+def test_intervals_cover_at_their_rate() -> None:
+    rng = np.random.default_rng(1)
+    samples = (rng.random((60, 400)) < 0.7).astype(np.float64)
+    found = intervals(samples, DESIGN, comparisons=1)
+    covered = ((found.lower <= 0.7) & (found.upper >= 0.7)).mean()
+    assert 0.90 <= covered <= 0.98, covered
+    joint = intervals(samples[:, :10], DESIGN)
+    assert (joint.upper - joint.lower > (found.upper - found.lower)[:10]).all()
+    shifted = ((found.lower <= 0.8) & (found.upper >= 0.8)).mean()
+    assert shifted < 0.7, "an interval about another mean would be seen"
+
+
+def paired(gain: float, noise: float, seed: int = 2) -> Comparisons:
+    """Differences of two settings on the same 240 scenes, six numbers of views."""
+    rng = np.random.default_rng(seed)
+    base = rng.random((240, 6))
+    values = base + gain + noise * rng.standard_normal((240, 6)) - base
+    return Comparisons({f"n = {k + 1}": column for k, column in enumerate(values.T)}, 0.01)
+
+
+def test_better_holds_equal_is_refuted_noisy_is_left_open() -> None:
+    assert ruled(paired(0.05, 0.1), DESIGN).outcome == "holds"
+    assert ruled(paired(0.0, 0.01), DESIGN).outcome == "refuted"
+    assert ruled(paired(0.02, 0.3), DESIGN).outcome == "inconclusive"
+    assert ruled(paired(-0.05, 0.1), DESIGN).outcome == "refuted"
+
+
+def test_the_comparison_that_decides_is_told() -> None:
+    values = {"good": np.full(50, 0.2), "small": np.full(50, 0.1 - 0.09), "bad": np.full(50, -0.1)}
+    found = ruled(Comparisons(values, 0.01), DESIGN)
+    assert (found.outcome, found.comparison, found.comparisons, found.units) == ("refuted", "bad", 3, 50)
+    del values["bad"]
+    found = ruled(Comparisons(values, 0.01, left_out=3), DESIGN)
+    assert (found.outcome, found.comparison) == ("holds", "small"), "0.1 - 0.09 is no less than 0.01"
+    assert found.left_out == 3
+    nothing = ruled(Comparisons({"none": np.zeros(0)}, 0.01, left_out=9), DESIGN)
+    assert (nothing.outcome, nothing.statistic, nothing.units) == ("inconclusive", None, 0)
+
+
+@pytest.mark.parametrize(
+    ("holds", "refuted", "inconclusive", "wanted"),
+    [
+        (122, 0, 6, "supported"),
+        (121, 0, 7, "inconclusive"),
+        (127, 1, 0, "inconclusive"),
+        (0, 64, 64, "inconclusive"),
+        (63, 65, 0, "refuted"),
+    ],
+)
+def test_the_rule_over_the_readings(holds: int, refuted: int, inconclusive: int, wanted: str) -> None:
+    outcomes = ["holds"] * holds + ["refuted"] * refuted + ["inconclusive"] * inconclusive
+    assert verdict(outcomes) == wanted
+
+
+# ---------- the claims
+
+
+def measured(scores: np.ndarray, grid: np.ndarray, w: np.ndarray, norms: np.ndarray) -> Measured:
+    """Scenes of which everything is known; scores are the same in every repetition."""
+    physical = picture_set(("red", "green", "blue"), levels=True).layout
+    study = picture_set(("red", "green", "blue"), levels=False).layout
+    count = len(physical.scenes)
+    settings = np.broadcast_to(scores[None, :, :, None], (count, 4, 6, 2))
+    cells = np.broadcast_to(grid[None, :, :, None], (count, 5, 5, 2))
+    blank = [Tried(np.zeros(part.shape, dtype=np.int64), part, np.zeros(part.shape, dtype=np.int64))
+             for part in (settings, cells)]  # fmt: skip
+    everywhere = Weights(np.tile(w, (count, 1)), np.tile(norms, (count, 1)), ())
+    best = np.array([3.0, 2.0, 1.0, 0.5, 0.2])
+    return Measured(
+        DESIGN,
+        physical,
+        Trials(*blank),
+        everywhere,
+        np.tile(np.arange(6.0), (count, 1)),
+        study,
+        Weights(np.tile(best, (len(study.scenes), 1)), np.ones((len(study.scenes), 3)), ()),
+    )
+
+
+def as_printed() -> Measured:
+    """Everything as the paper says."""
+    scores = np.tile(np.linspace(0.5, 0.8, 6), (4, 1)) + np.array([0.0, 0.1, 0.05, 0.15])[:, None]
+    grid = np.full((5, 5), 0.5)
+    grid[2, 2] = grid[3, 2] = 0.9
+    grid[0], grid[:, 0], grid[4, 4] = 0.3, 0.3, 0.1
+    # the made-up views: a partly obstructed one first, a fully obstructed one last
+    return measured(scores, grid, np.array([0.0, 0.01, 0.02, 0.5, 0.4, 0.0]), np.array([0.2, 0.9, 0.01]))
+
+
+def test_what_is_as_printed_holds_and_what_is_not_is_refuted() -> None:
+    printed = as_printed()
+    found = {part: ruled(claim(printed), DESIGN) for part, claim in CLAIMS.items() if part != "X5/stated"}
+    assert {each.outcome for each in found.values()} == {"holds"}, found
+    sizes = {part: each.comparisons for part, each in found.items()}
+    assert [sizes[part] for part in ("X2/stated", "X3/stated", "X4/stated")] == [18, 18, 1]
+    assert [sizes[part] for part in ("X8/zero", "X8/ten", "X8/peak")] == [9, 1, 13]
+    flat = measured(np.full((4, 6), 0.5), np.full((5, 5), 0.5), np.full(6, 0.1), np.array([0.3, 0.2, 0.4]))
+    wrong = {part: ruled(claim(flat), DESIGN).outcome for part, claim in CLAIMS.items()}
+    del wrong["X1/stated"]
+    assert wrong.pop("X5/stated") == "inconclusive", "tau is not defined where all weigh the same"
+    assert set(wrong.values()) == {"refuted"}, wrong
+
+
+def test_rank_and_information() -> None:
+    agree = measured(np.zeros((4, 6)), np.zeros((5, 5)), np.arange(1.0, 7.0), np.ones(3))
+    assert ruled(CLAIMS["X5/stated"](agree), DESIGN).statistic == pytest.approx(1.0)
+    against = measured(np.zeros((4, 6)), np.zeros((5, 5)), -np.arange(7.0, 1.0, -1.0), np.ones(3))
+    assert ruled(CLAIMS["X5/stated"](against), DESIGN).outcome == "refuted"
+
+
+def test_scenes_without_weights_are_left_out_and_counted() -> None:
+    nothing = measured(np.zeros((4, 6)), np.zeros((5, 5)), np.zeros(6), np.zeros(3))
+    for part in ("X6/zero", "X6/two", "X7/lbp", "X7/hog"):
+        found = ruled(CLAIMS[part](nothing), DESIGN)
+        assert (found.outcome, found.units, found.left_out) == ("inconclusive", 0, 3), part
+
+
+# ---------- weights, baselines, information
+
+
+def by_listing(w: np.ndarray, good: np.ndarray) -> float:
+    """The chance by listing every choice of three views that has the largest weights."""
+    best = np.sort(np.abs(w))[-GOOD_VIEWS:]
+    choices = [list(c) for c in combinations(range(len(w)), GOOD_VIEWS)]
+    choices = [c for c in choices if np.array_equal(np.sort(np.abs(w[c])), best)]
+    return sum(bool(good[c].all()) for c in choices) / len(choices)
+
+
+def test_the_chance_that_the_best_views_are_good_is_that_of_a_listing() -> None:
+    seen = set()
+    for values in product((0.0, -1.0, 2.0), repeat=5):
+        for chosen in combinations(range(5), 3):
+            good = np.isin(np.arange(5), chosen)
+            found = chance_that_best_are_good(np.array(values), good)
+            assert found == pytest.approx(by_listing(np.array(values), good)), (values, chosen)
+            seen.add(round(found, 6))
+    assert {0.0, 1.0, 0.1} < seen, seen
+
+
+def test_equal_weights_share_what_their_ranks_have() -> None:
+    found = by_rank(np.array([0.0, -3.0, 0.0, 1.0]), np.array([1.0, 5.0, 3.0, 4.0]))
+    assert found.tolist() == [5.0, 4.0, 2.0, 2.0]
+
+
+def test_baselines_are_what_their_formulas_say() -> None:
+    known, X = known_and_views()
+    G, C, squares = X @ X.T, X @ known.O, (known.O**2).sum(axis=0)
+    found = {name: value(G, C, squares) for name, value in BASELINES.items()}
+    for j, o in enumerate(known.O.T):
+        assert found["best single view"][j] == pytest.approx(min(((x - o) ** 2).sum() for x in X))
+        assert found["mean of the views"][j] == pytest.approx(((X.mean(axis=0) - o) ** 2).sum())
+        w = np.linalg.lstsq(np.vstack([X.T, np.sqrt(0.1) * np.eye(3)]), np.r_[o, np.zeros(3)])[0]
+        assert found["ridge"][j] == pytest.approx(((X.T @ w - o) ** 2).sum() + 0.1 * (w**2).sum())
+    assert score(np.array([2.0, 1.0, 1.0 + 1e-14]), 1) == 0.5
+    assert score(np.array([2.0, 1.0, 1.0 + 1e-9]), 1) == 1.0
+    assert score(np.array([2.0, 1.0, 1.1]), 0) == 0.0
+
+
+def test_bits_are_counted() -> None:
+    rng = np.random.default_rng(3)
+    halves = np.zeros((64, 64), dtype=np.uint8)
+    halves[:, 32:] = 255
+    assert mutual_information(halves, halves) == pytest.approx(1.0)
+    assert mutual_information(halves, halves.T.copy()) == pytest.approx(0.0, abs=1e-12)
+    quarters = np.repeat(np.array([0, 64, 128, 192], dtype=np.uint8), 1024).reshape(64, 64)
+    assert mutual_information(quarters, quarters) == pytest.approx(log2(4))
+    assert mutual_information(quarters, quarters + np.uint8(3)) == pytest.approx(2.0), "bins are eight wide"
+    noise = [rng.integers(0, 256, (256, 256)).astype(np.uint8) for _ in range(2)]
+    assert mutual_information(*noise) < 0.02
+
+
+def test_obstruction_has_its_bounds() -> None:
+    assert [obstruction(share) for share in (0.0, 0.05, 0.051, 0.899, 0.9, 1.0)] == [
+        "full", "full", "partial", "partial", "none", "none",
+    ]  # fmt: skip
+
+
+def test_numbers_are_rounded_to_six_digits() -> None:
+    assert rounded({"a": [1 / 3, -0.0, 7], "b": np.array([1e-9 / 3])}) == {
+        "a": [0.333333, 0.0, 7],
+        "b": [3.33333e-10],
+    }
+    with pytest.raises(ValueError, match="nan"):
+        rounded([float("nan")])
+
+
+def test_the_design_is_validated_and_the_grid_has_its_cells() -> None:
+    assert len(DESIGN.pairs) == len(GRID) ** 2
+    assert set(SETTINGS) < set(DESIGN.pairs)
+    assert KINDS.index("right") == RIGHT
+    for bad in ({"seed": -1}, {"repetitions": 0}, {"resamples": 0}, {"seed": True}):
+        with pytest.raises(InputError, match="at least"):
+            Design(**bad)

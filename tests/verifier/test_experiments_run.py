@@ -1,0 +1,208 @@
+"""A whole run of the experiments: repeatable, resumable, and not fooled by shuffled labels."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from shutil import copytree
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+from made_up_pictures import collection, write_folder
+from typer.testing import CliRunner
+
+from convexperc.features import extract
+from verification.__main__ import app
+from verification.experiments.collection import Collection
+from verification.experiments.design import Design
+from verification.experiments.features import Store, blocks
+from verification.experiments.journal import Journal
+from verification.experiments.pictures import PictureSet
+from verification.experiments.readings import first, fraction
+from verification.experiments.record import SCHEMA, sound
+from verification.experiments.run import run
+
+DESIGN = Design(seed=0, repetitions=1, resamples=200)
+READINGS = first(2)
+RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("features")
+
+
+def go(cache: Path, journal: Path, given: Collection | None = None, **options: Any) -> dict[str, Any]:
+    sets = [collection() if given is None else given]
+    settings: dict[str, Any] = {"workers": 1} | options
+    return run(sets, settings.pop("readings", READINGS), DESIGN, cache=cache, journal=journal, **settings)
+
+
+@pytest.fixture(scope="module")
+def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("journal")
+
+
+@pytest.fixture(scope="module")
+def unbroken(cache: Path, journal: Path) -> dict[str, Any]:
+    return go(cache, journal)
+
+
+def test_the_record_follows_its_schema(unbroken: Mapping[str, Any]) -> None:
+    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
+    plain = json.loads(json.dumps(unbroken))
+    jsonschema.Draft202012Validator(schema).validate(plain)
+    assert sound(plain)
+    plain["sets"][0]["readings"][0]["accuracy"][0][0] += 0.1
+    assert not sound(plain)
+
+
+def test_what_is_easy_is_recognised(unbroken: Mapping[str, Any]) -> None:
+    (found,) = unbroken["sets"]
+    assert min(found["readings"][0]["accuracy"][3][1:]) == 1.0, found["readings"][0]["accuracy"]
+    assert found["levels"] == dict.fromkeys(found["levels"], 2)
+    counts = found["default"]["accuracy"][3][5]
+    assert (counts["right"], counts["score"]) == (4 * DESIGN.repetitions, 1.0)
+    assert found["claims"]["X2/stated"]["refuted"] == 2, "nothing beats what is nearly always right"
+    assert found["default"]["shares"]["full"] < found["default"]["shares"]["none"]
+
+
+def test_the_outcome_does_not_depend_on_the_workers(
+    unbroken: Mapping[str, Any], cache: Path, tmp_path: Path
+) -> None:
+    assert go(cache, tmp_path, workers=2)["digest"] == unbroken["digest"]
+
+
+def test_a_broken_run_goes_on_where_it_was(unbroken: Mapping[str, Any], cache: Path, tmp_path: Path) -> None:
+    def breaks(stage: str, done: int, total: int) -> None:
+        if (stage, done) == ("readings", 1):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        go(cache, tmp_path, progress=breaks)
+    kept = list(tmp_path.rglob("*.json"))
+    assert len(kept) == 1, kept
+    before = kept[0].stat().st_mtime_ns
+    seen = []
+    found = go(cache, tmp_path, progress=lambda *each: seen.append(each))
+    assert ("readings", 1, 2) in seen
+    assert kept[0].stat().st_mtime_ns == before, "what was finished was done again"
+    assert found["digest"] == unbroken["digest"]
+
+
+def test_a_damaged_journal_is_not_believed(
+    unbroken: Mapping[str, Any], cache: Path, journal: Path, tmp_path: Path
+) -> None:
+    copied = copytree(journal, tmp_path / "journal")
+    for place, damage in zip(sorted(copied.rglob("*.json")), ("cut", "changed"), strict=True):
+        text = place.read_text(encoding="utf-8")
+        damaged = text[:-20] if damage == "cut" else text.replace('"chance":0.5', '"chance":0.6')
+        assert damaged != text, damage
+        place.write_text(damaged)
+    assert go(cache, copied)["digest"] == unbroken["digest"]
+
+
+def test_a_journal_is_of_one_head(tmp_path: Path) -> None:
+    Journal(tmp_path, {"seed": 0}).put("one", {"a": 1})
+    assert Journal(tmp_path, {"seed": 0}).get("one") == {"a": 1}
+    assert Journal(tmp_path, {"seed": 1}).get("one") is None
+
+
+def changed(given: PictureSet) -> PictureSet:
+    """The same set but for one pixel of its last view."""
+    last = given.pictures[-1].copy()
+    last[0, 0, 0] ^= 1
+    known = list(zip(given.pictures, given.masks, strict=True))
+    known[-1] = last, given.masks[-1]
+    references = dict(zip(given.layout.objects, known, strict=False))
+    scenes = [(scene, known[rows]) for scene, rows in given.layout.rows()]
+    return PictureSet.of(given.layout.name, references, scenes, given.source)
+
+
+def test_one_pixel_changes_the_digests(unbroken: Mapping[str, Any], cache: Path, tmp_path: Path) -> None:
+    given = collection()
+    other = replace(given, study=changed(given.study))
+    assert other.digest != given.digest
+    found = go(cache, tmp_path, other, readings=first(1))
+    assert found["sets"][0]["digest"] != unbroken["sets"][0]["digest"]
+
+
+def test_with_shuffled_labels_nothing_is_recognised(cache: Path, tmp_path: Path) -> None:
+    given = collection(("red", "green", "blue"))
+    objects = given.physical.layout.objects
+    rng = np.random.default_rng(0)
+    scenes = tuple(
+        replace(scene, object=objects[int(rng.integers(3))]) for scene in given.physical.layout.scenes
+    )
+    layout = replace(given.physical.layout, scenes=scenes)
+    found = go(
+        cache, tmp_path, replace(given, physical=replace(given.physical, layout=layout)), readings=first(1)
+    )
+    (reading,) = found["sets"][0]["readings"]
+    right = np.mean(
+        [new.object == old.object for new, old in zip(scenes, given.physical.layout.scenes, strict=True)]
+    )
+    assert np.mean(reading["accuracy"]) == pytest.approx(right, abs=0.05), "as often right as the shuffle is"
+    assert reading["claims"]["X2/stated"]["outcome"] == "refuted"
+
+
+def test_features_are_those_of_the_library(cache: Path, tmp_path: Path) -> None:
+    pictures = collection().physical
+    store = Store.of(cache, pictures)
+    for reading in READINGS:
+        found = store.matrix(reading)
+        shown = [
+            store.pictures(reading.features.working_size, background=reading.background)[k] for k in (0, 9)
+        ]
+        assert np.array_equal(found[[0, 9]], extract(shown, reading.features)), reading
+    assert len({store.place(block) for each in fraction() for block in blocks(each)}) == 32
+    assert not Store.of(tmp_path, pictures).known(blocks(READINGS[0])[0])
+
+
+# ---------- the command
+
+
+def test_the_command_writes_the_record(tmp_path: Path) -> None:
+    given = collection()
+    options = ["experiments", "--readings", "1", "--repetitions", "1", "--workers", "1"]
+    options += ["--simulation", str(write_folder(tmp_path / "a", given.physical))]
+    options += [
+        "--case-study",
+        str(write_folder(tmp_path / "b", given.study)),
+        "--out",
+        str(tmp_path / "out"),
+    ]
+    result = RUNNER.invoke(app, options)
+    assert result.exit_code == 0, result.output
+    found = json.loads((tmp_path / "out" / "experiments.json").read_text(encoding="utf-8"))
+    assert sound(found)
+    assert str(tmp_path) not in json.dumps(found), "a path of this machine"
+    assert "X8/peak" in result.output
+    first_time = found["volatile"]["seconds"]["readings"]
+    again = RUNNER.invoke(app, options)
+    assert again.exit_code == 0, again.output
+    repeated = json.loads((tmp_path / "out" / "experiments.json").read_text(encoding="utf-8"))
+    assert (repeated["digest"], repeated["volatile"]["seconds"]["readings"]) == (found["digest"], 0)
+    assert first_time > 0
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--simulation", "."], "go together"),
+        (["--no-simulate"], "nothing is left"),
+        (["--no-simulate", "--photos", "."], "at least two objects"),
+        (["--no-simulate", "--photos", ".", "--readings", "129"], "from 1 to 128"),
+        (["--simulation", ".", "--case-study", "."], "has finished"),
+        (["--photos", "nowhere"], "does not exist"),
+    ],
+)
+def test_misuse_is_told(
+    options: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = RUNNER.invoke(app, ["experiments", *options])
+    assert result.exit_code == 2, result.output
+    assert message in " ".join(result.output.replace("│", " ").split()), result.output

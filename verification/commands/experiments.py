@@ -1,0 +1,184 @@
+"""The command that does the paper's experiments again; no mathematics."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from verification.experiments.collection import Collection
+
+OPEN = 3
+"""Exit code of a run that was broken off; 2, of misuse, is typer's."""
+
+
+def experiments(
+    simulation: Annotated[
+        Path | None,
+        typer.Option(help="Folder of `convexperc simulate physical`.", file_okay=False, exists=True),
+    ] = None,
+    case_study: Annotated[
+        Path | None,
+        typer.Option(help="Folder of `convexperc simulate case-study`.", file_okay=False, exists=True),
+    ] = None,
+    photos: Annotated[
+        Path | None,
+        typer.Option(
+            help="Photographs: DIR/OBJECT/VIEW.png, with DIR/OBJECT/masks/VIEW.png where there are masks;"
+            " whole numbers as names are azimuths in degrees.",
+            file_okay=False,
+            exists=True,
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of experiments.json.", file_okay=False)] = Path(
+        "reports/experiments"
+    ),
+    readings: Annotated[
+        int, typer.Option(min=1, help="How many readings of what the paper leaves open; 128 is all.")
+    ] = 128,
+    workers: Annotated[int, typer.Option(min=1, help="Processes; the record does not depend on it.")] = 2,
+    simulate: Annotated[
+        bool, typer.Option("--simulate/--no-simulate", help="Whether simulated scenes are judged at all.")
+    ] = True,
+    seed: Annotated[int, typer.Option(min=0, help="Two runs of one seed find the same.")] = 0,
+    repetitions: Annotated[
+        int, typer.Option(min=1, help="Random subsets for each scene and number of views.")
+    ] = 10,
+    cache: Annotated[
+        Path | None,
+        typer.Option(help="Folder of drawn pictures and features; default OUT/.journal.", file_okay=False),
+    ] = None,
+) -> None:
+    """Do the paper's experiments again, on simulated scenes and on photographs, under many readings.
+
+    Writes OUT/experiments.json. Without --simulation and --case-study the scenes are drawn first. A run that
+    is broken off goes on where it was when it is started again. Exit code 0: done; 2: misuse; 3: broken off.
+    """
+    from convexperc.records import check_place  # noqa: PLC0415 - keeps --help quick
+    from verification.experiments.design import Design  # noqa: PLC0415
+    from verification.experiments.readings import first  # noqa: PLC0415
+    from verification.experiments.record import NAME, write_record  # noqa: PLC0415
+    from verification.experiments.run import run  # noqa: PLC0415
+
+    design = Design(seed, repetitions)
+    if (simulation is None) != (case_study is None) or (simulation is not None and not simulate):
+        raise typer.BadParameter("--simulation and --case-study go together, and without --no-simulate")
+    if photos is None and not simulate:
+        raise typer.BadParameter("nothing is left to be judged", param_hint="--no-simulate")
+    folder = cache or out / ".journal"
+    with _misuse("--out"):
+        out.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        check_place(out / NAME)
+    with _misuse("--readings"):
+        chosen = first(readings)
+    try:
+        if simulate and (simulation is None or case_study is None):
+            simulation, case_study = _drawn(folder, seed, workers)
+        sets = list(_collections(simulation, case_study, photos, seed))
+        with _progress() as progress:
+            data = run(
+                sets, chosen, design, cache=folder / "features", journal=out / ".journal" / "readings",
+                workers=workers, progress=progress,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        _console().print("broken off; the same command goes on from there", highlight=False)
+        raise typer.Exit(OPEN) from None
+    given = {"--simulation": simulation, "--case-study": case_study, "--photos": photos}
+    data["volatile"]["command"] = _command(given, readings, seed, repetitions)
+    with _misuse("--out"):
+        place = write_record(out, data)
+    _tell(data)
+    _console().print(f"wrote {place}", highlight=False, markup=False, soft_wrap=True)
+
+
+def _drawn(folder: Path, seed: int, workers: int) -> tuple[Path, Path]:
+    """Draw both simulated sets, or what is missing of them."""
+    from verification.experiments.simulated import draw  # noqa: PLC0415 - keeps --help quick
+
+    with _misuse("--cache"), _progress() as progress:
+        return draw(folder, seed, workers, progress)
+
+
+def _collections(
+    simulation: Path | None, case_study: Path | None, photos: Path | None, seed: int
+) -> "Iterator[Collection]":
+    from verification.experiments.collection import Collection  # noqa: PLC0415 - keeps --help quick
+
+    if simulation is not None and case_study is not None:
+        with _misuse("--simulation, --case-study"):
+            yield Collection.simulated(simulation, case_study)
+    if photos is not None:
+        with _misuse("--photos"):
+            yield Collection.photographed(photos, seed)
+
+
+def _command(given: dict[str, Path | None], readings: int, seed: int, repetitions: int) -> str:
+    """The command again, with folders by what they are: a path of this machine says nothing."""
+    words = ["python -m verification experiments"]
+    words += [f"{name} {name.strip('-').upper()}" for name, folder in given.items() if folder is not None]
+    return " ".join([*words, f"--readings {readings} --seed {seed} --repetitions {repetitions}"])
+
+
+def _tell(data: dict[str, Any]) -> None:
+    """Print what was found of each part of a claim."""
+    for each in data["sets"]:
+        columns = [
+            "claim",
+            "verdict",
+            "holds",
+            "refuted",
+            "open",
+            "statistic",
+            "lower",
+            "upper",
+            "decided by",
+        ]
+        table = Table(*columns, title=f"{each['name']}: all readings, and the default one")
+        default = each["readings"][0]["claims"]
+        for part, found in each["claims"].items():
+            counts = [str(found[kind]) for kind in ("holds", "refuted", "inconclusive")]
+            one = default[part]
+            numbers = ["-" if one[k] is None else f"{one[k]:.3f}" for k in ("statistic", "lower", "upper")]
+            table.add_row(part, found["verdict"], *counts, *numbers, one["comparison"])
+        _console().print(table)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, int, int], None]]:
+    """A bar for each stage on a terminal, else a line each time something is done."""
+    screen = Console(stderr=True)
+    if not screen.is_terminal:
+        yield lambda stage, done, total: typer.echo(f"{stage}: {done} of {total}", err=True)
+        return
+    bars: dict[str, Any] = {}
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=screen) as bar:
+
+        def told(stage: str, done: int, total: int) -> None:
+            if stage not in bars:
+                bars[stage] = bar.add_task(stage, total=total)
+            bar.update(bars[stage], completed=done)
+
+        yield told
+
+
+@contextmanager
+def _misuse(hint: str) -> Iterator[None]:
+    """What cannot be read or written as misuse."""
+    from convexperc.errors import ConvexpercError  # noqa: PLC0415 - keeps --help quick
+
+    try:
+        yield
+    except (OSError, ConvexpercError) as problem:
+        raise typer.BadParameter(str(problem), param_hint=hint) from None
+
+
+def _console() -> Console:
+    return Console(file=sys.stdout, width=None if sys.stdout.isatty() else 140)
