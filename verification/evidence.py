@@ -1,4 +1,4 @@
-"""What is known about a claim: counts, machine-checked arguments, exact counterexamples, surveys, the verdict.
+"""What is known about a claim: counts, checked arguments, exact counterexamples, surveys, the verdict.
 
 Everything here is plain data that is written to JSON and read back; nothing computes.
 """

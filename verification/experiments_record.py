@@ -111,7 +111,9 @@ def _checked(data: Record, name: str) -> Experiments:
         _equal(f"{key} of {name}", data["design"][key], getattr(PROTOCOL, key), "The ledger fixes it.")
     names = [each["name"] for each in data["sets"]]
     if not names or len(set(names)) < len(names) or set(names) - set(SETS):
-        raise FileFormatError(f"sets of {name}", value=names, must=f"must be among {', '.join(SETS)}, once each")
+        raise FileFormatError(
+            f"sets of {name}", value=names, must=f"must be among {', '.join(SETS)}, once each"
+        )
     command = _command(data)
     surveys = tuple(survey for each in data["sets"] for survey in _surveys(each, data, command))
     content = {key: value for key, value in data.items() if key != "volatile"}
@@ -144,10 +146,22 @@ def _surveys(pictures: Record, data: Record, command: str) -> Iterator[Survey]:
         first = Comparison(
             outcome=outcomes[default["id"]],
             name=default["claims"][part]["comparison"],
-            **{key: default["claims"][part][key] for key in ("statistic", "lower", "upper", "units", "left_out")},
+            **{
+                key: default["claims"][part][key]
+                for key in ("statistic", "lower", "upper", "units", "left_out")
+            },
         )
         survey = Survey(
-            part, pictures["name"], holds, refuted, open_, first, levels, data["digest"], pictures["digest"], command
+            part,
+            pictures["name"],
+            holds,
+            refuted,
+            open_,
+            first,
+            levels,
+            data["digest"],
+            pictures["digest"],
+            command,
         )
         own = [told["holds"], told["refuted"], told["inconclusive"], told["readings"]]
         _equal(f"counts of {where}", own, [holds, refuted, open_, survey.readings], RECOUNT)
@@ -185,15 +199,20 @@ def _default(pictures: Record, factors: Record) -> Record:
 def _outcome(found: Record, rule: Rule, where: str) -> Reading:
     """The outcome of a reading, which must follow from its deciding comparison."""
     _equal(f"comparisons of {where}", found["comparisons"], rule.comparisons, "The ledger fixes it.")
-    lower, upper = float(found["lower"]), float(found["upper"])
     outcome = Reading(found["outcome"])
+    if found["units"] == 0:
+        _equal(f"outcome of {where} without a scene", outcome, Reading.INCONCLUSIVE, RECOUNT)
+        return outcome
+    lower, upper = float(found["lower"]), float(found["upper"])
     line = rule.smallest_effect
     near = {rule.outcome(lower, upper)}
     if abs(upper - line) <= ROUNDING * line:
         near |= {rule.outcome(lower, line), Reading.REFUTED}
     if outcome not in near or not lower <= upper:
         told = f"{outcome} at [{lower:g}, {upper:g}]"
-        raise FileFormatError(f"outcome of {where}", value=told, must="must follow from its bounds", remedy=RECOUNT)
+        raise FileFormatError(
+            f"outcome of {where}", value=told, must="must follow from its bounds", remedy=RECOUNT
+        )
     return outcome
 
 

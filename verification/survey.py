@@ -1,4 +1,4 @@
-"""What the stored experiments say of a part of a claim: how many readings hold, refute it, or leave it open."""
+"""What the stored experiments say of a part of a claim: how many readings hold, refute, leave open."""
 
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -14,8 +14,8 @@ class Comparison:
     ----------
     outcome : str
         A value of `verification.protocol.Reading`.
-    statistic, lower, upper : float
-        The statistic and its joint interval.
+    statistic, lower, upper : float or None
+        The statistic and its joint interval; None where no scene defines it.
     name : str
         Which comparison it is.
     units : int
@@ -25,16 +25,18 @@ class Comparison:
     """
 
     outcome: str
-    statistic: float
-    lower: float
-    upper: float
+    statistic: float | None
+    lower: float | None
+    upper: float | None
     name: str
     units: int
     left_out: int
 
     @property
     def figures(self) -> str:
-        """The statistic and its interval, in three digits."""
+        """The statistic and its interval, in three digits; "-" where there is none."""
+        if self.statistic is None or self.lower is None or self.upper is None:
+            return "-"
         return f"{self.statistic:.3g} [{self.lower:.3g}, {self.upper:.3g}]"
 
 
@@ -85,10 +87,8 @@ class Survey:
     @property
     def told(self) -> str:
         """The counts in words."""
-        return (
-            f"refuted in {self.refuted}, holds in {self.holds}, open in {self.inconclusive}"
-            f" of {self.readings} readings"
-        )
+        counts = f"refuted in {self.refuted}, open in {self.inconclusive}"
+        return f"holds in {self.holds} of {self.readings} readings, {counts}"
 
     def as_json(self) -> dict[str, Any]:
         """Plain data."""

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 
 from verification.claims import PROTOCOL, Part
 from verification.evidence import Judgement, Verdict
-from verification.protocol import Reading
 from verification.survey import Survey
 
 DECIDING = "simulation"
@@ -34,15 +33,8 @@ def judge_surveys(part: Part, surveys: Sequence[Survey]) -> Judgement:
     if not deciding:
         return Judgement(Verdict.NOT_TESTABLE, ABSENT)
     found = deciding[0]
-    told = [
-        f"{DECIDING}: {found.told}",
-        f"default reading {_in_words(found)}",
-        *(
-            f"{each.pictures}, beside it: {verdict(each).value}, {each.told}"
-            for each in surveys
-            if each.part == part.key and each is not found
-        ),
-    ]
+    beside = (each for each in surveys if each.part == part.key and each is not found)
+    told = [f"{DECIDING}: {found.told}", *(f"{each.pictures}: {verdict(each).value}" for each in beside)]
     return Judgement(verdict(found), "; ".join(told))
 
 
@@ -55,9 +47,3 @@ def join_surveyed(parts: Mapping[str, Judgement]) -> Judgement:
         return Judgement(joint, next(iter(told.values())))
     others = [f"{key}: {found.verdict.value}" for key, found in parts.items() if key not in told]
     return Judgement(joint, "; ".join([*(f"{key}: {reason}" for key, reason in told.items()), *others]))
-
-
-def _in_words(survey: Survey) -> str:
-    default = survey.default
-    outcome = "open" if default.outcome == Reading.INCONCLUSIVE else default.outcome
-    return f"{outcome}, {default.name}: {default.figures}"

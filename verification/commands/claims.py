@@ -33,7 +33,7 @@ Stored = Annotated[
     Path | None,
     typer.Option(
         "--experiments",
-        help="Record that the claims X1 to X8 are judged by, instead of the one that comes with the verifier.",
+        help="Record that X1 to X8 are judged by, instead of the one that comes with the verifier.",
         dir_okay=False,
     ),
 ]
@@ -96,9 +96,9 @@ def report(
     """Judge the claims and write the report: report.html, .md, .json, junit.xml, counterexamples, SHA256SUMS.
 
     The same seed and versions give the same bytes, but for one block of times and names of this machine.
-    With --claim the report is about these claims alone. The claims about the experiments, X1 to X8, are judged
-    by a record that `experiments` has written, and not by this run. Exit codes as for `run`. A run that is
-    broken off goes on where it was when it is started again.
+    With --claim the report is about these claims alone. The claims about the experiments, X1 to X8, are
+    judged by a record that `experiments` has written, and not by this run. Exit codes as for `run`. A run
+    that is broken off goes on where it was when it is started again.
     """
     if context.invoked_subcommand is not None:
         return

@@ -45,13 +45,23 @@ def figures(evidence: "Evidence") -> Iterator[Table]:
     if not evidence.settings.get("claims") or not evidence.surveys:
         return
     told = evidence.settings["experiments"]
-    yield _table(evidence, f"read from record {told['record'][:12]}, not found by this run; `{told['made by']}`")
+    yield _table(
+        evidence, f"read from record {told['record'][:12]}, not found by this run; `{told['made by']}`"
+    )
 
 
 def _table(evidence: "Evidence", caption: str) -> Table:
     from verification.surveyed import verdict  # noqa: PLC0415 - keeps --help quick
 
-    heads = ("part", "pictures", "verdict", "readings", "default reading", "statistic [lower, upper]", "scenes")
+    heads = (
+        "part",
+        "pictures",
+        "verdict",
+        "readings",
+        "default reading",
+        "statistic [lower, upper]",
+        "scenes",
+    )
     table = Table(*heads, title="The experiments", caption=caption)
     for each in evidence.surveys:
         default = each.default
