@@ -15,6 +15,8 @@ from verification.report.experiments.compact import compact
 
 Data = Mapping[str, Any]
 Draw = Callable[[Canvas, Data, Data], None]
+LOOK = ".plot{background:#fff;font-family:sans-serif}.plot *{stroke-linejoin:round;stroke-linecap:butt}"
+"""Of a file of its own; a page has its own style sheet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +44,8 @@ class Drawing:
         if size is None:
             raise ValueError("no viewBox")
         opening = f'<svg xmlns="http://www.w3.org/2000/svg" width="{size[1]}pt" height="{size[2]}pt"'
-        look = "<style>.plot{background:#fff}.plot *{stroke-linejoin:round;stroke-linecap:butt}</style>"
-        svg = self.svg.replace("<svg", opening, 1)
-        return f'<?xml version="1.0" encoding="utf-8"?>\n{svg.replace(">", f">{look}", 1)}\n'
+        svg = self.svg.replace("<svg", opening, 1).replace(">", f"><style>{LOOK}</style>", 1)
+        return f'<?xml version="1.0" encoding="utf-8"?>\n{svg}\n'
 
 
 @dataclass(frozen=True, slots=True)

@@ -122,7 +122,7 @@ def _beside(axes: Axes, labels: list[tuple[float, str, str]]) -> None:
         axes.annotate(
             text,
             (6.15, value),
-            (1.03, place),
+            (1.08, place),
             textcoords="axes fraction",
             color=color,
             fontsize=9,

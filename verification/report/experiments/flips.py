@@ -15,12 +15,15 @@ Data = Mapping[str, Any]
 KINDS = (("holds", COLORS[0]), ("refuted", COLORS[1]), ("open", "#d5dbe1"))
 """In the order in which a bar is stacked, with its colour."""
 FACTORS = {
+    "lambda1": "lambda1",
+    "normalisation": "normalisation",
     "color": "colour histogram",
     "hog": "HOG",
     "lbp": "LBP",
     "size": "picture size",
-    "normalisation": "normalisation",
+    "background": "background",
 }
+"""Factors in the order in which they are shown."""
 LEVELS = {
     "unit length by modality": "unit, by modality",
     "sum one by modality": "sum 1, by modality",
@@ -51,11 +54,19 @@ def flips(figure: Figure, pictures: Data, design: Data) -> None:
     _heads(axes, claims, rows, design)
 
 
+def factors(design: Data) -> list[tuple[str, list[Any]]]:
+    """The factors and their levels, in the order in which they are shown."""
+    order = list(FACTORS)
+    return sorted(
+        design["factors"].items(), key=lambda item: order.index(item[0]) if item[0] in order else 99
+    )
+
+
 def _rows(claims: Data, design: Data) -> list[tuple[float, str, dict[str, Any]]]:
     """Place, name and counts by part: first all readings, then the levels, a gap before each factor."""
     total = {key: [each["holds"], each["refuted"], each["inconclusive"]] for key, each in claims.items()}
     rows, place = [(0.0, "all readings", total)], 0.0
-    for factor, levels in design["factors"].items():
+    for factor, levels in factors(design):
         place += GAP
         for level in levels:
             place += 1.0
@@ -78,7 +89,7 @@ def _stack(boxes: dict[str, list[Any]], column: int, place: float, counts: list[
 def _heads(axes: Axes, claims: Data, rows: list[tuple[float, str, dict[str, Any]]], design: Data) -> None:
     """Parts above, factors at the left in bold, no frame."""
     place = 0.0
-    for factor, levels in design["factors"].items():
+    for factor, levels in factors(design):
         place += GAP
         axes.annotate(
             FACTORS.get(factor, factor),
