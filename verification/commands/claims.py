@@ -278,7 +278,7 @@ def _content(found: "Run", stored: "Experiments | None") -> dict[str, bytes]:
 
     evidence = found.evidence
     records = {f"{name}.json": json_bytes(record.as_json()) for name, record in found.records.items()}
-    return files(evidence, judge_all(evidence), for_run(read_baseline(), evidence), records)
+    return files(evidence, judge_all(evidence), for_run(read_baseline(), evidence), records, stored)
 
 
 def _store(content: dict[str, bytes], out: Path) -> None:

@@ -1,6 +1,7 @@
 """What the section on the experiments is made of: plain blocks that a page and Markdown render alike."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from verification.report.experiments.catalogue import Drawing
 
@@ -18,7 +19,7 @@ class Heading:
 
     text: str
     level: int = 0
-    kind: str = "heading"
+    kind: ClassVar[str] = "heading"
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +27,7 @@ class Paragraph:
     """Sentences."""
 
     text: str
-    kind: str = "paragraph"
+    kind: ClassVar[str] = "paragraph"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +35,7 @@ class Listing:
     """Points, each with a word in front or none."""
 
     items: tuple[tuple[str, str], ...]
-    kind: str = "listing"
+    kind: ClassVar[str] = "listing"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,7 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     words: tuple[int, ...] = (0,)
     folded: bool = False
-    kind: str = "table"
+    kind: ClassVar[str] = "table"
 
     def __post_init__(self) -> None:
         if any(len(row) != len(self.head) for row in self.rows):
@@ -69,7 +70,7 @@ class Picture:
     """A drawing."""
 
     drawing: Drawing
-    kind: str = "picture"
+    kind: ClassVar[str] = "picture"
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +89,7 @@ class Sheet:
     name: str
     caption: str
     data: bytes
-    kind: str = "sheet"
+    kind: ClassVar[str] = "sheet"
 
 
 Block = Heading | Paragraph | Listing | Table | Picture | Sheet

@@ -56,6 +56,7 @@ class _Plan:
     title: str
     caption: str
     needs: str = ""
+    main: bool = False
 
 
 PLANS = (
@@ -68,6 +69,7 @@ PLANS = (
         " the scenes, each for itself; marks are moved sideways to be told apart. Broken gray lines are"
         " the baselines on the same views. A tie or an undecided label scores what a fair draw among its"
         " candidates would.",
+        main=True,
     ),
     _Plan(
         "gain",
@@ -77,6 +79,7 @@ PLANS = (
         "Score minus that of (0, 0) on the same views, in points of a hundred. Line: median of the"
         " readings; dark band: nine tenths of them; pale band: all. The dotted line is the smallest effect"
         " of interest, one point: X2 needs every gain above 0.",
+        main=True,
     ),
     _Plan(
         "spread",
@@ -94,6 +97,7 @@ PLANS = (
         "Each small bar is split by the share of the readings with that level in which the part holds, is"
         " refuted, or stays open. A column whose bars change from row to row depends on what the paper"
         " leaves open.",
+        main=True,
     ),
     _Plan(
         "lambdas",
@@ -101,6 +105,7 @@ PLANS = (
         figures.lambdas,
         "Accuracy over the two lambdas",
         "Default reading: mean score, in %, of the first repetition at n = 3 and of all six views.",
+        main=True,
     ),
     _Plan(
         "information",
@@ -129,14 +134,16 @@ PLANS = (
 )
 
 
-def drawings(pictures: Data, design: Data) -> list[Drawing]:
-    """Draw all figures of one set.
+def drawings(pictures: Data, design: Data, whole: bool = True) -> list[Drawing]:
+    """Draw the figures of one set.
 
     Parameters
     ----------
     pictures : mapping
         A set of `verification.report.experiments.summary.summary`.
     design : mapping
+    whole : bool
+        All figures, or the main ones alone.
 
     Raises
     ------
@@ -145,7 +152,8 @@ def drawings(pictures: Data, design: Data) -> list[Drawing]:
     """
     made = []
     for plan in PLANS:
-        if plan.needs and plan.needs not in pictures["default"]["case"]:
+        absent = plan.needs and plan.needs not in pictures["default"]["case"]
+        if absent or not (whole or plan.main):
             continue
         name = f"{pictures['name']}-{plan.name}"
         caption = f"{plan.caption} Pictures: {pictures['name']}."

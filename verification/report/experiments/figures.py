@@ -100,6 +100,7 @@ def lambdas(figure: Figure, pictures: Data, design: Data) -> None:
         tone = "white" if value < 55.0 else INK
         axes.annotate(f"{value:.0f}", (column, row), ha="center", va="center", color=tone, fontsize=10)
     bar = figure.colorbar(mesh, ax=axes, label="mean score, %", ticks=[0, 25, 50, 75, 100])
+    bar.ax.tick_params(length=0)
     bar.outline.set_visible(False)
     for name, axis in (("lambda3", axes.xaxis), ("lambda2", axes.yaxis)):
         axis.set_ticks(range(len(values)), [f"{each:g}" for each in values])
@@ -154,6 +155,7 @@ def _plain(axes: Axes, x: str, y: str) -> None:
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.grid(color=GRID, linewidth=0.6)
+    axes.tick_params(length=0)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

@@ -32,7 +32,7 @@ RULES = (
 )
 
 
-def section(found: Data, sheets: Mapping[str, bytes]) -> list[Block]:
+def section(found: Data, sheets: Mapping[str, bytes], whole: bool = True) -> list[Block]:
     """All blocks of the section.
 
     Parameters
@@ -41,6 +41,8 @@ def section(found: Data, sheets: Mapping[str, bytes]) -> list[Block]:
         See `verification.report.experiments.summary.summary`.
     sheets : mapping of str to bytes
         JPEG by name.
+    whole : bool
+        All figures of every set; else of the set that decides, and the main ones of the others.
 
     Raises
     ------
@@ -48,7 +50,7 @@ def section(found: Data, sheets: Mapping[str, bytes]) -> list[Block]:
         The record lacks something that a table or a figure needs.
     """
     try:
-        return list(_blocks(found, sheets))
+        return list(_blocks(found, sheets, whole))
     except (KeyError, TypeError, ValueError, IndexError) as problem:
         if isinstance(problem, InputError):
             raise
@@ -56,7 +58,7 @@ def section(found: Data, sheets: Mapping[str, bytes]) -> list[Block]:
         raise InputError("experiments", value=told, must="must have what the tables show") from None
 
 
-def _blocks(found: Data, sheets: Mapping[str, bytes]) -> Iterator[Block]:
+def _blocks(found: Data, sheets: Mapping[str, bytes], whole: bool) -> Iterator[Block]:
     sets, design = found["sets"], found["design"]
     yield Paragraph(
         "This evidence was read from a stored record; it was not found by the run that wrote this report. The"
@@ -71,7 +73,7 @@ def _blocks(found: Data, sheets: Mapping[str, bytes]) -> Iterator[Block]:
     yield Heading("The rules, fixed before looking")
     yield Listing(tuple((name, _sentence(text)) for name, text in RULES))
     for pictures in sets:
-        yield from _of_set(pictures, design, sheets)
+        yield from _of_set(pictures, design, sheets, whole)
     yield Heading("What a user should know")
     for pictures in sets:
         yield Heading(f"On the {pictures['name']}", 1)
@@ -81,15 +83,16 @@ def _blocks(found: Data, sheets: Mapping[str, bytes]) -> Iterator[Block]:
             yield tables.confusion(pictures)
 
 
-def _of_set(pictures: Data, design: Data, sheets: Mapping[str, bytes]) -> Iterator[Block]:
+def _of_set(pictures: Data, design: Data, sheets: Mapping[str, bytes], whole: bool) -> Iterator[Block]:
+    decides = pictures["name"] == DECIDING
     yield Heading(f"Results: {pictures['name']}")
     yield Paragraph(_described(pictures))
     yield tables.baselines(pictures, design)
     yield tables.scores(pictures, design)
     yield from tables.divided(pictures, design)
-    for drawing in drawings(pictures, design):
+    for drawing in drawings(pictures, design, whole or decides):
         yield Picture(drawing)
-    if pictures["name"] == DECIDING:
+    if decides:
         yield from (Sheet(name, _caption(name), data) for name, data in sheets.items())
 
 

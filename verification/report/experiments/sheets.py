@@ -19,11 +19,11 @@ from convexperc.errors import FileFormatError
 from verification.report.drawing import COLORS, INK, QUIET, STYLE
 from verification.surveyed import DECIDING
 
-BUDGET = 180_000
+BUDGET = 125_000
 """Bytes of all sheets together: as text in a page they are a third longer."""
 QUALITIES = (85, 80, 75, 70, 65, 60, 50, 40, 30)
 """Of JPEG; the best that keeps the budget is taken."""
-DOTS, WIDE = 150, 4.8
+DOTS, WIDE = 112, 4.8
 """Dots an inch, and inches of width: letters stay readable where a phone shows the sheet."""
 GOOD, HIDDEN = COLORS[2], COLORS[1]
 OBSTRUCTIONS = {"none": "free", "partial": "partly hidden", "full": "hidden"}

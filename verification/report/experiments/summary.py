@@ -14,7 +14,7 @@ from verification.surveyed import DECIDING, verdict
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 """Of the readings' accuracy; the ends, nine tenths of them, and the middle."""
-FINEST = 240
+FINEST = 150
 """Strokes of the drawing of u within one modality; more columns share strokes."""
 KEPT = ("name", "digest", "source", "objects", "scenes", "views", "levels", "case_study", "limits")
 

@@ -62,5 +62,5 @@ def _bars(axes: Axes, x: str, y: str) -> None:
     axes.set_ylabel(y)
     axes.grid(axis="y", color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
-    axes.tick_params(axis="x", length=0)
+    axes.tick_params(length=0)
     axes.spines[["top", "right"]].set_visible(False)
