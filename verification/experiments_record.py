@@ -60,8 +60,14 @@ class Experiments:
         return str(self.content["digest"])
 
 
-def read_experiments(path: Path) -> Experiments:
-    """Read a record and check all that a verdict rests on; sheets are read if there are some beside it.
+def read_experiments(path: Path, with_sheets: bool = True) -> Experiments:
+    """Read a record and check all that a verdict rests on.
+
+    Parameters
+    ----------
+    path : Path
+    with_sheets : bool
+        Also read the contact sheets beside it, if there are some.
 
     Raises
     ------
@@ -76,8 +82,9 @@ def read_experiments(path: Path) -> Experiments:
     except ValueError as problem:
         raise FileFormatError(path.name, value=str(problem), must="must be JSON in UTF-8") from None
     try:
-        found = _checked(data, path.name)
-        return replace(found, sheets=read_sheets(path.parent / SHEETS, found.digest))
+        found = checked(data, path.name)
+        sheets = read_sheets(path.parent / SHEETS, found.digest) if with_sheets else {}
+        return replace(found, sheets=sheets)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as problem:
         if isinstance(problem, FileFormatError):
             raise
@@ -103,7 +110,8 @@ def level_name(level: object) -> str:
     return f"{level:g}" if isinstance(level, (int, float)) else str(level)
 
 
-def _checked(data: Record, name: str) -> Experiments:
+def checked(data: Record, name: str) -> Experiments:
+    """Check a record that was read from a file of this name; see `read_experiments`."""
     _equal(f"format of {name}", data["format"], FORMAT, f"Make the record anew by `{COMMAND}`.")
     remedy = f"The file was changed after it was written: make it again by `{COMMAND}`."
     _equal(f"digest of {name}", data["digest"], record_digest(data), remedy)

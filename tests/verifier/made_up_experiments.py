@@ -1,12 +1,12 @@
 """A made-up record of the experiments: every kind of verdict, every field, no number of it measured."""
 
 import json
-from itertools import islice, product
+from itertools import product
 
 import numpy as np
 
 from verification.claims import PARTS, PROTOCOL
-from verification.experiments_record import record_digest
+from verification.experiments_record import checked, record_digest
 from verification.protocol import Reading
 
 FACTORS = {
@@ -47,11 +47,13 @@ TENDENCY = {
 }
 """What most readings of a part say, and how many of them, roughly."""
 BOUNDS = {"holds": (0.1, 0.3), "refuted": (-0.2, -0.05), "inconclusive": (-0.05, 0.15)}
+STEP = 389
+"""Prime to the number of combinations: a few of them have many levels."""
 BASELINES = ("best single view", "mean of the views", "ridge")
 
 
 def experiments_record(readings=8, names=("simulation", "photographs"), columns=40, outcomes=None, seed=0):
-    """A record; `outcomes` maps a part to the outcomes of the simulation's readings, instead of its tendency."""
+    """A record; `outcomes` maps a part to the outcomes of the simulation's readings, in place of a draw."""
     rng = np.random.default_rng(seed)
     record = {
         "format": 1,
@@ -60,6 +62,11 @@ def experiments_record(readings=8, names=("simulation", "photographs"), columns=
         "volatile": {"seconds": {"trials": 1.5}, "command": "an abacus", "workers": 2},
     }
     return sealed(_rounded(record))
+
+
+def surveys():
+    """What a small record says of every part, by simulation and photographs."""
+    return list(checked(experiments_record(), "experiments.json").surveys)
 
 
 def sealed(record):
@@ -75,8 +82,7 @@ def written(path, record):
 def combinations(number):
     """That many readings; the first is the default."""
     every = list(product(*FACTORS.values()))
-    step = len(every) // number
-    return [dict(zip(FACTORS, levels, strict=True)) for levels in islice(every, 0, None, step)][:number]
+    return [dict(zip(FACTORS, every[at * STEP % len(every)], strict=True)) for at in range(number)]
 
 
 def _set(name, number, columns, outcomes, rng):
@@ -86,7 +92,10 @@ def _set(name, number, columns, outcomes, rng):
         {
             "id": f"r{at:03d}",
             "levels": levels,
-            "claims": {key: _outcome(key, planted[key][at] if key in planted else _draw(key, rng), rng) for key in PARTS_X},
+            "claims": {
+                key: _outcome(key, planted[key][at] if key in planted else _draw(key, rng), rng)
+                for key in PARTS_X
+            },
             **_scores(at, rng),
         }
         for at, levels in enumerate(made)
@@ -94,7 +103,9 @@ def _set(name, number, columns, outcomes, rng):
     return {
         "name": name,
         "digest": "5" * 64 if name == "simulation" else "f" * 64,
-        "source": {"engine": "an abacus", "seed": 0} if name == "simulation" else {"pictures": "eight objects"},
+        "source": {"engine": "an abacus", "seed": 0}
+        if name == "simulation"
+        else {"pictures": "eight objects"},
         "objects": list(OBJECTS),
         "scenes": 240,
         "views": 1440,
@@ -103,6 +114,35 @@ def _set(name, number, columns, outcomes, rng):
         "claims": {key: _tally(key, readings) for key in PARTS_X},
         "readings": readings,
         "default": _default(readings[0], columns, rng),
+        "limits": _limits(),
+    }
+
+
+def _limits():
+    """What a user should know, as the experiments count it."""
+    by_level = {
+        name: {
+            f"{each:g}" if isinstance(each, (int, float)) else each: 0.5 + 0.1 * at
+            for at, each in enumerate(levels)
+        }
+        for name, levels in FACTORS.items()
+    }
+    counts = (24 * np.eye(8, dtype=int) + 5 * np.eye(8, k=1, dtype=int)).tolist()
+    return {
+        "shortest": {
+            "none": {"wrong": 900, "shortest": 610},
+            "sum one by modality": {"wrong": 0, "shortest": 0},
+        },
+        "objective": {"none": 0.31, "unit length": 0.6},
+        "explained": {"none": 0.42, "unit length": 0.6},
+        "visible": {"0.1": 0.41, "10": None, "default": 0.41},
+        "accuracy": by_level,
+        "open": {name: dict.fromkeys(levels, 0.01) for name, levels in by_level.items()},
+        "settings": [0.61, 0.6, 0.59, 0.58],
+        "settings_open": [0.0, 0.01, 0.01, 0.02],
+        "grid": [[0.6] * 5] * 4 + [[0.125] * 5],
+        "grid_open": [[0.0] * 5] * 4 + [[1.0] * 5],
+        "confusion": {"objects": list(OBJECTS), "counts": counts, "open": [1] * 8},
     }
 
 
@@ -157,6 +197,7 @@ def _default(reading, columns, rng):
     sizes = {"color": bins, "hog": columns - 2 * bins, "lbp": bins}
     return {
         "accuracy": [[_counted(score, 2400) for score in row] for row in accuracy],
+        "explained": [[_counted(score + 0.01, 2400) for score in row] for row in accuracy],
         "baselines": {name: [_around(score) for score in row] for name, row in reading["baselines"].items()},
         "grid": [[_counted(score, 240) for score in row] for row in reading["grid"]],
         "by_level": {level: (accuracy[:, 5] - 0.05 * k).tolist() for k, level in enumerate(LEVELS)},

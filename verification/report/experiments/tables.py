@@ -6,6 +6,7 @@ from typing import Any
 from verification.report.experiments.blocks import Table
 from verification.report.experiments.flips import FACTORS
 from verification.report.experiments.summary import outcome_in_words
+from verification.surveyed import DECIDING
 
 Data = Mapping[str, Any]
 
@@ -26,44 +27,28 @@ def verdicts(sets: Sequence[Data]) -> Table:
                 )
     readings = max(each["readings"] for each in sets)
     title = (
-        f"Verdicts, over {readings} readings: in how many a part holds, is refuted, stays open; then"
-        " the default"
-        " reading, with the comparison that decides it: statistic and joint interval. The verdict of a claim"
-        f" comes from {sets[0]['name']}"
+        f"Verdicts, over {readings} readings: in how many a part holds, is refuted, stays open; then what"
+        " the default reading says, with the statistic and the joint interval of the comparison that decides"
+        f" it. The verdict of a claim comes from the {DECIDING}"
     )
-    head = (
-        "part",
-        "pictures",
-        "verdict",
-        "holds",
-        "refuted",
-        "open",
-        "default",
-        "statistic",
-        "lower",
-        "upper",
-    )
-    return Table(title, (*head, "scenes"), tuple(rows), words=(0, 1, 2, 6))
+    head = ("part", "pictures", "verdict", "holds", "refuted", "open", "default reading")
+    return Table(title, (*head, "statistic", "lower", "upper", "scenes"), tuple(rows), words=(0, 1, 2, 6))
 
 
 def deciding(pictures: Data) -> Table:
     """The comparison that decides each part in the default reading, and the levels that matter most."""
-    rows = [
-        (
-            short(key),
-            found["default"]["name"],
-            _level(found["extremes"]["most"]),
-            _level(found["extremes"]["least"]),
-        )
-        for key, found in pictures["claims"].items()
-    ]
+    rows = []
+    for key, found in pictures["claims"].items():
+        most, least = found["extremes"]["most"], found["extremes"]["least"]
+        same = _balance(most) == _balance(least)
+        levels = ("no level differs", "") if same else (_level(most), _level(least))
+        rows.append((short(key), found["default"]["name"], *levels))
     title = (
-        f"{name_of(pictures)}: the comparison that decides the default reading, and the levels of one"
-        " factor with"
-        " which a part does best and worst: holds + refuted of the readings with that level"
+        f"{name_of(pictures)}: the comparison that decides the default reading; and the level of one factor"
+        " with which a part does best and worst, with its readings"
     )
     head = ("part", "deciding comparison", "best with", "worst with")
-    return Table(title, head, tuple(rows), words=(0, 1, 2, 3))
+    return Table(title, head, tuple(rows), words=(0, 1, 2, 3), folded=pictures["name"] != DECIDING)
 
 
 def scores(pictures: Data, design: Data) -> Table:
@@ -162,5 +147,9 @@ def number(value: float | None) -> str:
 
 
 def _level(found: Data) -> str:
-    counts = f"{found['holds']} + {found['refuted']} of {found['readings']}"
+    counts = f"holds in {found['holds']}, refuted in {found['refuted']} of {found['readings']}"
     return f"{FACTORS.get(found['factor'], found['factor'])} {found['level']}: {counts}"
+
+
+def _balance(found: Data) -> float:
+    return float(found["holds"] - found["refuted"]) / float(found["readings"])
