@@ -17,6 +17,8 @@ SHORT = {"best single view": "best view", "mean of the views": "mean view", "rid
 """Baselines beside their lines."""
 SCALE = colormaps["cividis"].resampled(20)
 """Few enough colours for a colour bar that is drawn and not a picture."""
+LONGEST = 12
+"""Letters of another baseline's name beside its line."""
 APART = 0.055
 """Least distance of two labels, as a share of the height of the axes."""
 
@@ -28,7 +30,7 @@ def accuracy(figure: Figure, pictures: Data, design: Data) -> None:
     for name, cells in default["baselines"].items():
         scores = _percent(cells, "score")
         axes.plot(counts, scores, color="#7c8894", linewidth=1.1, linestyle=(0, (3, 2)))
-        labels.append((scores[-1], SHORT.get(name, name), QUIET))
+        labels.append((scores[-1], SHORT.get(name, name[:LONGEST]), QUIET))
     for at, (setting, cells) in enumerate(zip(design["settings"], default["accuracy"], strict=True)):
         shifted = counts + 0.07 * (at - 1.5)
         scores = _percent(cells, "score")
