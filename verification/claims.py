@@ -11,6 +11,8 @@ from enum import StrEnum
 from importlib.resources import files
 from typing import Any
 
+from verification.protocol import Protocol, Rule
+
 
 class Role(StrEnum):
     """What a part means for its claim."""
@@ -45,6 +47,8 @@ class Part:
         What counts as equal and why; empty where the judgement is exact.
     measure : str
         What `Count.worst` measures; empty where nothing is counted.
+    rule : Rule or None
+        What the experiments compare, where the part is about them.
     """
 
     key: str
@@ -52,6 +56,7 @@ class Part:
     statement: str
     tolerance: str = ""
     measure: str = ""
+    rule: Rule | None = None
 
     @property
     def claim(self) -> str:
@@ -74,8 +79,6 @@ class Claim:
     method : str
         How it is judged.
     parts : tuple of Part
-    testable : str
-        Why it cannot be judged here; empty if it can.
     repaired_by : tuple of str
         Keys of parts of other claims that belong to its nearest true form, besides its own repairs.
     """
@@ -86,8 +89,12 @@ class Claim:
     statement: str
     method: str
     parts: tuple[Part, ...]
-    testable: str = ""
     repaired_by: tuple[str, ...] = ()
+
+    @property
+    def surveyed(self) -> bool:
+        """Whether it is about the experiments."""
+        return any(part.rule is not None for part in self.parts)
 
 
 READINGS = ("printed", "absolute", "corrected", "appendix_half", "appendix_full", "smoothed")
@@ -107,7 +114,8 @@ def _claim(data: dict[str, Any]) -> Claim:
 
 def _part(claim: str, data: dict[str, Any]) -> Part:
     name, role = data.pop("name"), Role(data.pop("role"))
-    return Part(f"{claim}/{name}", role, **data)
+    rule = Rule(**data.pop("rule")) if "rule" in data else None
+    return Part(f"{claim}/{name}", role, rule=rule, **data)
 
 
 def _by_reading(claim: str, data: dict[str, Any]) -> list[Part]:
@@ -126,10 +134,10 @@ def order_in_words(order: str) -> str:
     return order.replace("_", "-").title()
 
 
-def _read() -> dict[str, Claim]:
-    text = files("verification").joinpath("ledger.toml").read_text(encoding="utf-8")
-    return {data["id"]: _claim(data) for data in tomllib.loads(text)["claim"]}
-
-
-CLAIMS: dict[str, Claim] = _read()
+_LEDGER: dict[str, Any] = tomllib.loads(
+    files("verification").joinpath("ledger.toml").read_text(encoding="utf-8")
+)
+CLAIMS: dict[str, Claim] = {data["id"]: _claim(data) for data in _LEDGER["claim"]}
 PARTS: dict[str, Part] = {part.key: part for claim in CLAIMS.values() for part in claim.parts}
+PROTOCOL = Protocol(**_LEDGER["protocol"])
+"""How the claims about the experiments are judged."""

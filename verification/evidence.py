@@ -1,4 +1,4 @@
-"""What is known about a claim: counts, machine-checked arguments, exact counterexamples, and the verdict.
+"""What is known about a claim: counts, checked arguments, exact counterexamples, surveys, the verdict.
 
 Everything here is plain data that is written to JSON and read back; nothing computes.
 """
@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
 
+from verification.survey import Survey
+
 
 class Verdict(StrEnum):
     """What the evidence says of a part of a claim, or of the whole claim.
@@ -15,6 +17,9 @@ class Verdict(StrEnum):
     ``holds``: proved, each step checked by a machine; ``holds under``: proved, on a condition that is named;
     ``supported``: tried on the stated number of cases, none against; ``refuted``: a counterexample is stored
     and was confirmed in exact arithmetic; ``inconclusive``: none of these; ``not testable here``.
+
+    Of the experiments, ``supported``, ``refuted`` and ``inconclusive`` follow from the rule in
+    `verification.protocol`: what the readings of a stored record say.
     """
 
     HOLDS = "holds"
@@ -192,6 +197,8 @@ class Evidence:
     counts : list of Count
     arguments : list of Argument
     refutations : list of Refutation
+    surveys : list of Survey
+        Read from a record of the experiments; not found by this run.
     series : dict of str to JSON data
         Numbers for the plots, by name; deterministic.
     missing : list of str
@@ -204,6 +211,7 @@ class Evidence:
     counts: list[Count] = field(default_factory=list)
     arguments: list[Argument] = field(default_factory=list)
     refutations: list[Refutation] = field(default_factory=list)
+    surveys: list[Survey] = field(default_factory=list)
     series: dict[str, Any] = field(default_factory=dict)
     missing: list[str] = field(default_factory=list)
     volatile: dict[str, Any] = field(default_factory=dict)
@@ -220,6 +228,7 @@ class Evidence:
             counts=[Count(**each) for each in data["counts"]],
             arguments=[_argument(each) for each in data["arguments"]],
             refutations=[Refutation(**each) for each in data["refutations"]],
+            surveys=[Survey.from_json(each) for each in data.get("surveys", [])],
             series=data["series"],
             missing=data["missing"],
             volatile=data["volatile"],

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from convexperc.errors import ConvexpercError
 from verification.claims import CLAIMS, PARTS, Claim, Part, Role
 from verification.evidence import Argument, Checker, Count, Evidence, Judgement, Refutation, Verdict, summed
+from verification.surveyed import join_surveyed, judge_surveys
 
 WEAKEST_FIRST = (
     Verdict.NOT_TESTABLE,
@@ -68,15 +69,15 @@ def judge_part(part: Part, evidence: Evidence) -> Judgement:
 
     A confirmed counterexample refutes. Failures that nobody confirmed leave the part open, even where an
     argument passed: then the code does not do what was proved. Otherwise an argument proves and
-    cases support.
+    cases support. A part about the experiments is judged by its surveys alone.
 
     Raises
     ------
     ContradictionError
         A counterexample is confirmed and an argument without a condition passed.
     """
-    if reason := CLAIMS[part.claim].testable:
-        return Judgement(Verdict.NOT_TESTABLE, reason)
+    if part.rule is not None:
+        return judge_surveys(part, evidence.surveys)
     arguments = [argument for argument in evidence.arguments if argument.part == part.key]
     refutations = [found for found in evidence.refutations if found.part == part.key]
     count = summed(evidence.counts, part.key)
@@ -94,9 +95,9 @@ def judge_part(part: Part, evidence: Evidence) -> Judgement:
 
 def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
     """Judge a claim by the verdicts on its parts and on the parts of its nearest true form."""
-    if claim.testable:
-        return Judgement(Verdict.NOT_TESTABLE, claim.testable)
     stated = [part for part in claim.parts if part.role is Role.STATED]
+    if claim.surveyed:
+        return join_surveyed({part.key: parts[part.key] for part in stated})
     refuted = [part.key for part in stated if parts[part.key].verdict is Verdict.REFUTED]
     if refuted:
         repairs = [

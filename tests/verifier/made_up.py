@@ -2,7 +2,9 @@
 
 import math
 
-from verification.claims import CLAIMS, PARTS
+from made_up_experiments import surveys
+
+from verification.claims import PARTS
 from verification.evidence import Argument, Checker, Count, Evidence, Refutation, Step
 from verification.families import FAMILIES
 from verification.verdicts import judge_all
@@ -114,6 +116,7 @@ def series():
     }
 
 
+SURVEYS = surveys()
 FALLS = {
     "printed": -3.0,
     "absolute": 2.0,
@@ -125,8 +128,8 @@ FALLS = {
 
 
 def evidence(**changes):
-    """Evidence on every testable part; fields may be replaced."""
-    testable = [key for key, part in PARTS.items() if not CLAIMS[part.claim].testable]
+    """Evidence on every part; fields may be replaced."""
+    testable = [key for key, part in PARTS.items() if part.rule is None]
     made = Evidence(
         settings=dict(SETTINGS),
         counts=[
@@ -134,6 +137,7 @@ def evidence(**changes):
         ],
         arguments=[argument(key) for key in PROVED] + [argument("L1/inequality", "v != 0")],
         refutations=[refutation(key) for key in REFUTED],
+        surveys=SURVEYS,
         series=series(),
         volatile=dict(MACHINE),
     )

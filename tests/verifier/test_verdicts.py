@@ -98,10 +98,11 @@ def test_a_proof_and_a_counterexample_of_one_part_contradict_each_other():
     assert judge_part(PARTS[PART], stale).verdict is Verdict.HOLDS
 
 
-def test_what_cannot_be_tested_says_why_whatever_is_claimed():
+def test_what_no_record_speaks_of_cannot_be_tested_whatever_is_claimed():
     found = judge_part(PARTS["X1/stated"], Evidence(counts=[Count("X1/stated", "random", held=9)]))
-    assert (found.verdict, found.reason) == (Verdict.NOT_TESTABLE, CLAIMS["X1"].testable)
-    assert judge(CLAIMS["X1"], Evidence()).verdict is Verdict.NOT_TESTABLE
+    assert found.verdict is Verdict.NOT_TESTABLE, found
+    assert "python -m verification experiments" in found.reason, found
+    assert judge(CLAIMS["X8"], Evidence()) == found
 
 
 def of_claim(identity, **by_part):
@@ -176,6 +177,14 @@ def plus(part, confirmed=True, name=""):
     return [*evidence().refutations, refutation(part, confirmed, name)]
 
 
+def flipped(part):
+    """Surveys in which readings that held refute, and the other way round."""
+    return [
+        replace(each, holds=each.refuted, refuted=each.holds) if each.part == part else each
+        for each in evidence().surveys
+    ]
+
+
 EXPECTED = verdicts(evidence())
 EXITS = {
     "equal": ({}, 0, ""),
@@ -192,6 +201,16 @@ EXITS = {
     "a refuted promise": ({"refutations": plus("B4/tie")}, 1, "B4/tie: 1 > 0"),
     "a family was not reached": ({"missing": ["family one_view"]}, 3, "missing: family one_view"),
     "a part was not run": ({"counts": without("F2/conic")}, 3, "F2/conic: inconclusive, the baseline says"),
+    "no record of the experiments": (
+        {"surveys": []},
+        3,
+        "X1: not testable here, the baseline says supported",
+    ),
+    "another record": (
+        {"surveys": flipped("X1/stated")},
+        1,
+        "X1/stated: refuted, the baseline says supported",
+    ),
     "both": ({"missing": ["family one_view"], "arguments": []}, 1, "missing: family one_view"),
 }
 

@@ -3,7 +3,7 @@
 import json
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,8 +12,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from verification.commands.misuse import misuse
+from verification.commands.stored import attach, figures, read_stored
+
 if TYPE_CHECKING:
     from verification.counterexamples.record import Record
+    from verification.experiments_record import Experiments
     from verification.gather import Options, Run
 
 FAILED, OPEN = 1, 3
@@ -24,6 +28,14 @@ Seed = Annotated[int, typer.Option(min=0, help="Two runs of one seed find the sa
 Jobs = Annotated[int, typer.Option(min=1, help="Worker processes; the outcome does not depend on it.")]
 Chosen = Annotated[
     list[str] | None, typer.Option("--claim", help="Only this claim; may be given several times.")
+]
+Stored = Annotated[
+    Path | None,
+    typer.Option(
+        "--experiments",
+        help="Record that X1 to X8 are judged by, instead of the one that comes with the verifier.",
+        dir_okay=False,
+    ),
 ]
 Out = Annotated[Path, typer.Option(file_okay=False, help="Folder for everything that is written.")]
 
@@ -46,14 +58,22 @@ def run(
     seed: Seed = 0,
     jobs: Jobs = 2,
     out: Out = Path("reports"),
+    experiments: Stored = None,
 ) -> None:
     """Judge the claims and print the verdicts; the evidence is kept, no report is written.
 
     Exit code 0: every verdict is the baseline's; 1: a verdict changed, a promise of the library failed, or a
     record is stale; 2: misuse; 3: something required was left open.
     """
-    found = _gather(_options(claim, profile, seed, jobs), out)
-    raise typer.Exit(_verdicts(found))
+    options = _options(claim, profile, seed, jobs)
+    with misuse("--experiments"):
+        stored = read_stored(experiments)
+    found = _gather(options, out)
+    attach(found.evidence, stored, experiments)
+    code = _verdicts(found)
+    for table in figures(found.evidence):
+        _console().print(table)
+    raise typer.Exit(code)
 
 
 def report(
@@ -63,6 +83,7 @@ def report(
     seed: Seed = 0,
     jobs: Jobs = 2,
     out: Out = Path("reports"),
+    experiments: Stored = None,
     evidence: Annotated[
         Path | None,
         typer.Option(
@@ -75,19 +96,23 @@ def report(
     """Judge the claims and write the report: report.html, .md, .json, junit.xml, counterexamples, SHA256SUMS.
 
     The same seed and versions give the same bytes, but for one block of times and names of this machine.
-    With --claim the report is about these claims alone. Exit codes as for `run`. A run that is broken off
-    goes on where it was when it is started again.
+    With --claim the report is about these claims alone. The claims about the experiments, X1 to X8, are
+    judged by a record that `experiments` has written, and not by this run. Exit codes as for `run`. A run
+    that is broken off goes on where it was when it is started again.
     """
     if context.invoked_subcommand is not None:
         return
     if evidence is not None and claim:
         raise typer.BadParameter("cannot be combined with --evidence", param_hint="--claim")
+    with misuse("--experiments"):
+        stored = read_stored(experiments)
     found = _read(evidence) if evidence else _gather(_options(claim, profile, seed, jobs), out)
+    attach(found.evidence, stored, experiments)
     code = _verdicts(found)
     if not found.interrupted:
-        with _misuse("--evidence") if evidence is not None else nullcontext():
-            content = _content(found)
-        with _misuse("--out"):
+        with misuse("--evidence") if evidence is not None else nullcontext():
+            content = _content(found, stored)
+        with misuse("--out"):
             _store(content, out)
     raise typer.Exit(code)
 
@@ -100,7 +125,7 @@ def diff(
     from verification.report.diff import diff as compared  # noqa: PLC0415 - keeps --help quick
     from verification.report.diff import read_report  # noqa: PLC0415
 
-    with _misuse("A and B"):
+    with misuse("A and B"):
         found = compared(read_report(a), read_report(b))
     _console().print(found.text, highlight=False, markup=False, soft_wrap=True)
     raise typer.Exit(found.code)
@@ -123,17 +148,17 @@ def replay(
     from verification.replay import replay as again  # noqa: PLC0415
 
     if plot is not None:
-        with _misuse("--plot"):
+        with misuse("--plot"):
             check_place(plot)
             picture_kind(plot)
-    with _misuse("ID"):
+    with misuse("ID"):
         result = again(_record(name, out), {check.name: check for check in CHECKS})
     console = _console()
     for line in result.text():
         console.print(line, highlight=False, markup=False)
     console.print(result.table())
     if plot is not None:
-        with _misuse("--plot"):
+        with misuse("--plot"):
             write_whole(plot, result.plot(picture_kind(plot)))
     raise typer.Exit(1 if result.stale else 0)
 
@@ -153,10 +178,10 @@ def faults(
         outcomes = planted(lambda done, total: bar.update(task, completed=done, total=total))
     console.print(table(outcomes))
     if json_file is not None:
-        with _misuse("--json"):
+        with misuse("--json"):
             json_file.write_text(json.dumps(as_json(outcomes), indent=1) + "\n", encoding="utf-8")
     if markdown is not None:
-        with _misuse("--markdown"):
+        with misuse("--markdown"):
             markdown.write_text(as_markdown(outcomes), encoding="utf-8")
     raise typer.Exit(0 if all(each.caught for each in outcomes) else 1)
 
@@ -199,7 +224,7 @@ def _gather(options: "Options", out: Path) -> "Run":
 
     name = "-".join([options.profile.name, str(options.seed), *options.claims])
     kept = out / ".journal" / f"{name}.evidence.json"
-    with _misuse("--out"):  # before the work, not after it
+    with misuse("--out"):  # before the work, not after it
         kept.parent.mkdir(parents=True, exist_ok=True)
         for place in (kept, kept.with_name(f"{name}.jsonl"), out / "report.html"):
             check_place(place)
@@ -244,7 +269,7 @@ def _read(file: Path) -> "Run":
         raise typer.BadParameter(message, param_hint="--evidence") from None
 
 
-def _content(found: "Run") -> dict[str, bytes]:
+def _content(found: "Run", stored: "Experiments | None") -> dict[str, bytes]:
     """The files of the report."""
     from convexperc.records import json_bytes  # noqa: PLC0415 - keeps --help quick
     from verification.baseline import for_run, read_baseline  # noqa: PLC0415
@@ -253,7 +278,7 @@ def _content(found: "Run") -> dict[str, bytes]:
 
     evidence = found.evidence
     records = {f"{name}.json": json_bytes(record.as_json()) for name, record in found.records.items()}
-    return files(evidence, judge_all(evidence), for_run(read_baseline(), evidence), records)
+    return files(evidence, judge_all(evidence), for_run(read_baseline(), evidence), records, stored)
 
 
 def _store(content: dict[str, bytes], out: Path) -> None:
@@ -293,17 +318,6 @@ def _verdicts(found: "Run") -> int:
     for message in assessment.messages:
         console.print(message, highlight=False, markup=False)
     return assessment.code
-
-
-@contextmanager
-def _misuse(hint: str) -> Iterator[None]:
-    """Files that cannot be read or written, and what is not what it should be, as misuse."""
-    from convexperc.errors import ConvexpercError  # noqa: PLC0415 - keeps --help quick
-
-    try:
-        yield
-    except (OSError, ConvexpercError) as problem:
-        raise typer.BadParameter(str(problem), param_hint=hint) from None
 
 
 def _console() -> Console:

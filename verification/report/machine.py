@@ -9,12 +9,14 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from convexperc.errors import InputError
 from verification.baseline import Assessment
 from verification.claims import CLAIMS, Claim, Part
 from verification.evidence import Argument, Count, Evidence, Judgement, Refutation, Verdict, summed
+from verification.report.experiments.summary import survey_table
 from verification.verdicts import nearest_true_form
 
 SCHEMA = "convexperc/report/1"
@@ -30,6 +32,7 @@ def report_record(
     baseline: Mapping[str, Verdict],
     assessment: Assessment,
     records: Mapping[str, bytes],
+    experiments: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Gather what the report says.
 
@@ -42,6 +45,8 @@ def report_record(
     assessment : Assessment
     records : mapping of str to bytes
         Counterexamples by file name.
+    experiments : mapping or None
+        What is shown of the record of the experiments, see `verification.report.experiments.summary.summary`.
 
     Returns
     -------
@@ -66,6 +71,7 @@ def report_record(
         "unjudged": [claim.id for claim in CLAIMS.values() if claim.id not in judgements],
         "missing": evidence.missing,
         "series": evidence.series,
+        "experiments": experiments,
         "counterexamples": {name: hashlib.sha256(data).hexdigest() for name, data in sorted(records.items())},
     }
     stable = plain(stable)
@@ -157,6 +163,8 @@ def _part(
         "worst_family": max(counts, key=lambda count: count.worst).family if counts else "",
         "families": {count.family: _numbers(count) for count in counts},
         "arguments": [_argument(each) for each in evidence.arguments if each.part == part.key],
+        "rule": asdict(part.rule) if part.rule else None,
+        "surveys": [survey_table(each) for each in evidence.surveys if each.part == part.key],
         "counterexamples": [_refutation(each) for each in evidence.refutations if each.part == part.key],
     }
 

@@ -1,12 +1,14 @@
 """report.md: the report as plain text with light marks, for a terminal or a forge."""
 
-import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from verification.evidence import Verdict
 from verification.families import SUMMARIES
 from verification.report import sentences, words
+from verification.report.experiments.blocks import Block
+from verification.report.experiments.markdown import lines as lines_of
+from verification.report.marks import code, prose, table
 
 Record = Mapping[str, Any]
 FEW = 8
@@ -15,31 +17,23 @@ VOLATILE = "## What differs from run to run"
 """Heading of the last section, the only one that may differ between two runs of one seed."""
 
 
-def markdown(record: Record) -> bytes:
+def markdown(record: Record, experiments: Sequence[Block] = ()) -> bytes:
     """Render report.md.
 
     Parameters
     ----------
     record : mapping
         See `verification.report.machine.report_record`.
+    experiments : sequence of Block
+        See `verification.report.experiments.section.section`.
     """
-    sections = (_top, _refuted, _reproduce, _ledger, _limits, _evidence, _terms, _settings, _volatile)
-    lines = [line for section in sections for line in section(record)]
+    before = (_top, _refuted, _reproduce, _ledger, _limits, _evidence)
+    after = (_terms, _settings, _volatile)
+    lines = [line for section in before for line in section(record)]
+    if experiments:
+        lines += ["## The experiments", "", *lines_of(experiments, 3, "-")]
+    lines += [line for section in after for line in section(record)]
     return ("\n".join(lines).rstrip() + "\n").encode()
-
-
-def prose(text: object) -> str:
-    """Text in one line whose signs mean nothing to Markdown or HTML."""
-    line = " ".join(str(text).split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-    return re.sub(r"([\\`*_{}\[\]|#~])", r"\\\1", line)
-
-
-def code(text: object) -> str:
-    """Text in one line as code, whatever backticks it holds."""
-    line = " ".join(str(text).split())
-    fence = "`" * (1 + max([len(run) for run in re.findall("`+", line)], default=0))
-    blank = " " if "`" in line else ""
-    return f"{fence}{blank}{line}{blank}{fence}" if line else ""
 
 
 def _top(record: Record) -> Iterator[str]:
@@ -51,7 +45,7 @@ def _top(record: Record) -> Iterator[str]:
     yield from (f"- {prose(line)}" for line in findings)
     yield from ("", "## Verdicts", "")
     verdicts = list(Verdict)
-    yield from _table(
+    yield from table(
         ["claims about", *verdicts, "all"],
         (
             [row["subject"], *(row["verdicts"][each] for each in verdicts), row["claims"]]
@@ -80,7 +74,9 @@ def _refuted(record: Record) -> Iterator[str]:
             yield f"  - Nearest true form: {named}: {code(part['statement'])}"
         for key in sentences.elsewhere(record, claim):
             yield f"  - Nearest true form: {prose(key)}, which this run did not judge."
-        if not claim["nearest"]:
+        if claim["parts"][0]["rule"]:
+            yield f"  - {prose(sentences.sentence(claim['reason']))}"
+        elif not claim["nearest"]:
             yield "  - No nearest true form is stated."
     yield ""
 
@@ -105,7 +101,7 @@ def _ledger(record: Record) -> Iterator[str]:
         ]
         for claim in record["claims"]
     )
-    yield from _table(["id", "verdict", "claim", "why"], rows)
+    yield from table(["id", "verdict", "claim", "why"], rows)
     yield ""
 
 
@@ -138,6 +134,9 @@ def _part(part: Record) -> Iterator[str]:
     yield f"{head}. {code(part['statement'])}"
     under = f"; under: {prose(part['condition'])}" if part["condition"] else ""
     yield f"  - {prose(part['reason'])}{under}"
+    if part["rule"]:
+        yield from (f"  - {prose(line)}" for line in sentences.surveyed(part))
+        return
     measured = prose(sentences.worst(part))
     yield f"  - {sentences.cases(part['count'])} {measured}".rstrip()
     if part["tolerance"]:
@@ -171,9 +170,7 @@ def _by_family(claim: Record) -> Iterator[str]:
         ]
         for part in claim["parts"]
     )
-    yield from _table(
-        ["part", "verdict", "random", "degenerate", "all", "failed of decided, by family"], rows
-    )
+    yield from table(["part", "verdict", "random", "degenerate", "all", "failed of decided, by family"], rows)
     yield ""
 
 
@@ -201,7 +198,7 @@ def _terms(record: Record) -> Iterator[str]:
         ]
         for row in sentences.coverage(record)
     )
-    yield from _table(["family", "problems", *sentences.CASES, "what it is"], rows)
+    yield from table(["family", "problems", *sentences.CASES, "what it is"], rows)
     yield ""
 
 
@@ -224,12 +221,3 @@ def _facts(values: Mapping[str, Any]) -> Iterator[str]:
             yield from _facts({f"{name}, {inner}": entry for inner, entry in value.items()})
         else:
             yield f"- {prose(name)}: {prose(value)}"
-
-
-def _table(head: Iterable[object], rows: Iterable[Iterable[object]]) -> Iterator[str]:
-    """A table; cells must be marked up already."""
-    titles = [str(title) for title in head]
-    yield f"| {' | '.join(titles)} |"
-    yield f"|{'---|' * len(titles)}"
-    for row in rows:
-        yield f"| {' | '.join(str(cell) for cell in row)} |"

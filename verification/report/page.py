@@ -1,14 +1,16 @@
 """report.html: one file for a screen, a phone and paper, without scripts and outside references."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup
 
-from verification.evidence import Checker, Verdict
+from verification.evidence import Checker
 from verification.families import SUMMARIES
 from verification.report import sentences, words
+from verification.report.experiments.blocks import Block
+from verification.report.experiments.pages import environment
 from verification.report.plots import plot
 
 SHADES = (0.0, 0.02, 0.1, 0.25, 0.5)
@@ -17,20 +19,22 @@ LIBRARY, SOLVERS = "this library", "other solvers"
 """The subjects of the section on certificates."""
 
 
-def page(record: Mapping[str, Any]) -> bytes:
+def page(record: Mapping[str, Any], experiments: Sequence[Block] = ()) -> bytes:
     """Render report.html.
 
     Parameters
     ----------
     record : mapping
         See `verification.report.machine.report_record`.
+    experiments : sequence of Block
+        See `verification.report.experiments.section.section`.
 
     Raises
     ------
     InputError
         A series has another shape than its figure needs.
     """
-    text = _environment().get_template("page.html.j2").render(**_context(record))
+    text = _environment().get_template("page.html.j2").render(**_context(record), experiments=experiments)
     return (text.rstrip() + "\n").encode()
 
 
@@ -40,7 +44,6 @@ def _context(record: Mapping[str, Any]) -> dict[str, Any]:
         "record": record,
         "words": words,
         "sentences": sentences,
-        "verdicts": [verdict.value for verdict in Verdict],
         "checkers": {checker.value: words.CHECKERS[checker] for checker in Checker},
         "summaries": SUMMARIES,
         "outcome": sentences.outcome(record),
@@ -61,22 +64,15 @@ def _figure(figure: words.Figure, series: Mapping[str, Any]) -> Markup | None:
 
 
 def _environment() -> Environment:
-    environment = Environment(
-        loader=PackageLoader("verification.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {
+    made = environment()
+    made.filters |= {
         "anchor": sentences.anchor,
-        "tone": lambda verdict: words.TONES[Verdict(verdict)],
         "shade": _shade,
         "cell": _cell,
         "measure": sentences.measure,
         "sentence": sentences.sentence,
     }
-    return environment
+    return made
 
 
 def _shade(count: Mapping[str, int]) -> str:

@@ -96,6 +96,29 @@ def worst(part: Record, told: bool = False) -> str:
     return f"Worst: {measure(count['worst'])}, in {family(part['worst_family'])}{what}."
 
 
+def surveyed(part: Record) -> list[str]:
+    """What the experiments compare for a part, and what the default reading of each set of pictures says."""
+    rule = part["rule"]
+    least = (
+        f"smallest effect {rule['smallest_effect']:g}" if rule["smallest_effect"] else "no smallest effect"
+    )
+    told = [f"Compared: {rule['statistic']}.", f"On {rule['scenes']}; {rule['comparisons']} joint, {least}."]
+    for each in part["surveys"]:
+        default, numbers = each["default"], "no scene defines it"
+        if default["statistic"] is not None:
+            bounds = f"[{default['lower']:.3g}, {default['upper']:.3g}]"
+            numbers = f"{default['statistic']:.3g} {bounds} over {default['units']:,} scenes"
+        out = f", {default['left_out']:,} left out" if default["left_out"] else ""
+        counts = f"holds in {each['holds']}, refuted in {each['refuted']}, open in {each['inconclusive']}"
+        outcome = "open" if default["outcome"] == "inconclusive" else default["outcome"]
+        told.append(
+            f"{sentence(each['pictures'])[:-1]}: {each['verdict']}; {counts} of {each['readings']}"
+            " readings. Default"
+            f" reading: {outcome}, {default['name']}: {numbers}{out}."
+        )
+    return told
+
+
 def common(claim: Record, field: str) -> str:
     """What all of several parts of a claim have in this field, to be told once; else empty."""
     values = {part[field] for part in claim["parts"]}

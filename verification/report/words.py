@@ -17,12 +17,14 @@ VERDICTS = {
     " solver z3 over the real numbers, or by exact arithmetic; where it rests on a theorem of the literature,"
     " that is cited and counted apart.",
     Verdict.HOLDS_UNDER: "Proved in the same way, but only under the condition that is named.",
-    Verdict.SUPPORTED: "Tried on the stated number of cases, and none spoke against it. This is not a proof.",
+    Verdict.SUPPORTED: "Tried on the stated number of cases, and none spoke against it. This is not a proof."
+    " Of the experiments: it holds in at least 95 % of the readings, and none refutes it.",
     Verdict.REFUTED: "False as stated. A counterexample is stored, and it was confirmed during this run: in"
     " exact arithmetic or, where the claim is about a program, by running it again beside a proved interval."
+    " Of the experiments: more than half of the readings refute it, by a rule that was fixed before looking."
     " This is a finding about the claim, not a failure of the run.",
     Verdict.INCONCLUSIVE: "None of these: nothing was decided, or cases failed that nobody could"
-    " confirm exactly.",
+    " confirm exactly. Of the experiments: it depends on what the paper leaves open.",
     Verdict.NOT_TESTABLE: "Cannot be judged here, for the reason that is given.",
 }
 
@@ -87,9 +89,12 @@ LIMITATIONS = (
     "What is said of other solvers holds for the versions named here, at their default settings.",
     "The same seed and versions give the same files. On another processor, a case that lies exactly at a"
     " tolerance may be counted differently.",
-    "The paper's pictures are not public, and it leaves open what a repetition needs: lambda1 in"
-    " the experiments, the bins of the histograms, the settings of HOG and LBP, the size of the"
-    " pictures, their normalisation, the values of the grids, and the test of convergence.",
+    "The paper's pictures are not public. The claims about the experiments are judged on simulated scenes of"
+    " the same design, and not on the paper's own: what is refuted here may hold there.",
+    "The paper leaves open what a repetition needs: lambda1 in the experiments, the bins of the"
+    " histograms, the"
+    " settings of HOG and LBP, the size of the pictures and their normalisation. The readings vary these, and"
+    " nothing else; a fraction of all combinations shows the effect of each, not of all together.",
 )
 
 SYMBOLS = (

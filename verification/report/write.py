@@ -8,6 +8,9 @@ from convexperc.errors import InputError
 from convexperc.records import check_place, write_whole
 from verification.baseline import assess
 from verification.evidence import Evidence, Judgement, Verdict
+from verification.experiments_record import Experiments
+from verification.report.experiments.section import section
+from verification.report.experiments.summary import summary
 from verification.report.junit import junit
 from verification.report.machine import report_file, report_record
 from verification.report.markdown import markdown
@@ -24,23 +27,29 @@ def files(
     judgements: Mapping[str, Judgement],
     baseline: Mapping[str, Verdict],
     records: Mapping[str, bytes],
+    stored: Experiments | None = None,
 ) -> dict[str, bytes]:
     """The content of every file of the report but SHA256SUMS, by its name in the folder.
+
+    The record of the experiments is shown where a claim about them was judged.
 
     Raises
     ------
     InputError
-        The settings lack something, a series has another shape than its figure needs, or the name of a record
-        is no plain file name.
+        The settings lack something, a series or the record of the experiments has another shape than its
+        figure needs, or the name of a record is no plain file name.
     """
     if wrong := [name for name in records if not RECORD_NAME.fullmatch(name)]:
         raise InputError(
             "records", value=wrong, must="must have names of a-z, 0-9, '.', '_', '-' that end in .json"
         )
-    record = report_record(evidence, judgements, baseline, assess(evidence, judgements, baseline), records)
+    assessment = assess(evidence, judgements, baseline)
+    shown = summary(stored) if stored is not None and evidence.surveys else None
+    record = report_record(evidence, judgements, baseline, assessment, records, shown)
+    blocks = section(shown, stored.sheets, whole=False) if stored is not None and shown is not None else []
     return {f"{RECORDS}/{name}": data for name, data in sorted(records.items())} | {
-        "report.html": page(record),
-        "report.md": markdown(record),
+        "report.html": page(record, blocks),
+        "report.md": markdown(record, blocks),
         "report.json": report_file(record),
         "junit.xml": junit(record),
     }
@@ -52,6 +61,7 @@ def write(
     baseline: Mapping[str, Verdict],
     outdir: Path,
     records: Mapping[str, bytes],
+    stored: Experiments | None = None,
 ) -> None:
     """Render a report and store it.
 
@@ -65,13 +75,15 @@ def write(
     outdir : Path
     records : mapping of str to bytes
         The counterexamples to go with it, by file name.
+    stored : Experiments or None
+        The record of the experiments.
 
     Raises
     ------
     InputError
         See `files` and `store`.
     """
-    store(files(evidence, judgements, baseline, records), outdir)
+    store(files(evidence, judgements, baseline, records, stored), outdir)
 
 
 def store(content: Mapping[str, bytes], outdir: Path) -> None:

@@ -1,0 +1,471 @@
+"""The stored experiments: damaged or inconsistent records are refused, verdicts follow the rule,"
+" pages are whole."""
+
+import hashlib
+import json
+import re
+from copy import deepcopy
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import cv2
+import jsonschema
+import numpy as np
+import pytest
+from made_up import evidence, verdicts
+from made_up_experiments import PARTS_X, experiments_record, sealed, written
+from test_report import EVIL, Page
+from typer.testing import CliRunner
+
+from convexperc.errors import FileFormatError, InputError
+from verification import report
+from verification.__main__ import app
+from verification.baseline import read_baseline
+from verification.claims import PARTS, PROTOCOL
+from verification.evidence import Evidence, Verdict
+from verification.experiments_record import checked, read_experiments
+from verification.protocol import Reading, Rule
+from verification.report.experiments.figures import spaced
+from verification.report.experiments.pages import experiment_files
+from verification.report.experiments.publish import publish
+from verification.report.experiments.sheets import BUDGET, contact_sheets
+from verification.report.write import files
+from verification.sheets import read_sheets, sheet_files
+from verification.survey import Comparison, Survey
+from verification.surveyed import judge_surveys, verdict
+from verification.verdicts import judge_all, judge_part
+
+RUNNER = CliRunner(env={"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"})
+DECIDED = Comparison("holds", 0.2, 0.1, 0.3, "n = 3", 240, 0)
+
+
+@pytest.fixture(scope="module")
+def record():
+    return experiments_record()
+
+
+@pytest.fixture(scope="module")
+def found(record):
+    return checked(record, "experiments.json")
+
+
+@pytest.fixture(scope="module")
+def pages(found):
+    return experiment_files(replace(found, sheets={"2-case": b"\xff\xd8 no picture"}))
+
+
+def survey(holds, refuted, inconclusive, pictures="simulation"):
+    return Survey(
+        "X2/stated", pictures, holds, refuted, inconclusive, DECIDED, {}, "0" * 64, "1" * 64, "command"
+    )
+
+
+@pytest.mark.parametrize(
+    ("counts", "expected"),
+    [
+        ((19, 0, 1), Verdict.SUPPORTED),
+        ((18, 0, 2), Verdict.INCONCLUSIVE),
+        ((19, 1, 0), Verdict.INCONCLUSIVE),
+        ((10, 10, 0), Verdict.INCONCLUSIVE),
+        ((9, 11, 0), Verdict.REFUTED),
+        ((0, 64, 64), Verdict.INCONCLUSIVE),
+        ((0, 65, 63), Verdict.REFUTED),
+        ((122, 0, 6), Verdict.SUPPORTED),
+        ((121, 0, 7), Verdict.INCONCLUSIVE),
+        ((0, 0, 1), Verdict.INCONCLUSIVE),
+    ],
+)
+def test_a_verdict_changes_where_a_count_crosses_the_line_of_the_rule(counts, expected):
+    assert verdict(survey(*counts)) is expected
+    part, other = PARTS["X2/stated"], survey(0, 5, 0, "photographs")
+    judged = judge_surveys(part, [other, survey(*counts)])
+    assert judged.verdict is expected, "the simulation decides"
+    assert "photographs: refuted" in judged.reason, judged
+    assert judge_surveys(part, [other]).verdict is Verdict.NOT_TESTABLE
+
+
+def test_one_more_reading_against_it_changes_the_verdict_of_a_whole_record():
+    for outcomes, expected in (
+        (["refuted"] * 5 + ["holds"] * 3, "refuted"),
+        (["refuted", "holds"] * 4, "inconclusive"),
+    ):
+        made = checked(experiments_record(outcomes={"X3/stated": outcomes}), "experiments.json")
+        judged = judge_all(Evidence(surveys=list(made.surveys)))
+        assert judged["X3"].verdict == judged["X3/stated"].verdict == expected
+
+
+@pytest.mark.parametrize(
+    ("zero", "two", "expected"),
+    [
+        ("holds", "holds", Verdict.SUPPORTED),
+        ("holds", "refuted", Verdict.REFUTED),
+        ("inconclusive", "refuted", Verdict.REFUTED),
+        ("holds", "inconclusive", Verdict.INCONCLUSIVE),
+        (None, "holds", Verdict.NOT_TESTABLE),
+        (None, "refuted", Verdict.REFUTED),
+    ],
+)
+def test_a_claim_is_refuted_if_a_part_is_and_supported_if_all_are(zero, two, expected):
+    told = {"X6/zero": zero, "X6/two": two}
+    planted = {key: [outcome] * 8 for key, outcome in told.items() if outcome}
+    made = checked(experiments_record(outcomes=planted), "experiments.json")
+    kept = [each for each in made.surveys if told.get(each.part)]
+    assert judge_all(Evidence(surveys=kept))["X6"].verdict is expected
+
+
+def test_the_rule_of_a_reading():
+    rule = Rule("scenes", "statistic", 2, 0.01)
+    assert rule.outcome(-0.02, 0.009) is Reading.REFUTED
+    assert rule.outcome(0.001, 0.009) is Reading.REFUTED, "a gain that small is no gain"
+    assert rule.outcome(-0.02, 0.01) is Reading.INCONCLUSIVE
+    assert rule.outcome(0.0, 0.02) is Reading.INCONCLUSIVE
+    assert rule.outcome(0.001, 0.02) is Reading.HOLDS
+    with pytest.raises(InputError, match="comparisons"):
+        Rule("scenes", "statistic", 0, 0.0)
+    assert {key: PARTS[key].rule.comparisons for key in PARTS_X if PARTS[key].rule.comparisons > 1} == {
+        "X2/stated": 18, "X3/stated": 18, "X8/zero": 9, "X8/peak": 13,
+    }  # fmt: skip
+    assert {PARTS[key].rule.smallest_effect for key in PARTS_X} == {0.0, 0.01, 0.05}
+    assert (PROTOCOL.supported_share, PROTOCOL.refuted_share) == (0.95, 0.5)
+
+
+def changed(record, change):
+    made = deepcopy(record)
+    change(made)
+    return sealed(made)
+
+
+def _flip(record):
+    told = record["sets"][0]["readings"][1]["claims"]["X1/stated"]
+    told["outcome"] = "refuted"
+
+
+def _without_default(record):
+    record["sets"][0]["readings"][0]["levels"]["lambda1"] = 10
+
+
+def _foreign(record):
+    for pictures in record["sets"]:
+        for told in (pictures["claims"], *(each["claims"] for each in pictures["readings"])):
+            told["X9/stated"] = told["X1/stated"]
+
+
+DAMAGE = {
+    "another part": (_foreign, "must be a part of the ledger"),
+    "a part in one reading": (
+        lambda r: r["sets"][0]["readings"][2]["claims"].update({"Z1/a": {}}),
+        "must judge the parts that the set judges",
+    ),
+    "an outcome against its bounds": (_flip, "must follow from its bounds"),
+    "a count": (lambda r: r["sets"][0]["claims"]["X1/stated"].update(holds=3), "counts of X1/stated"),
+    "a verdict": (
+        lambda r: r["sets"][0]["claims"]["X1/stated"].update(verdict="refuted"),
+        "verdict of X1/stated on simulation",
+    ),
+    "fewer comparisons": (
+        lambda r: r["sets"][1]["readings"][0]["claims"]["X2/stated"].update(comparisons=17),
+        "comparisons of X2/stated on photographs must be 18",
+    ),
+    "fewer resamples": (lambda r: r["design"].update(resamples=100), "resamples"),
+    "another format": (lambda r: r.update(format=2), "format"),
+    "a set twice": (lambda r: r["sets"].append(r["sets"][0]), "sets of"),
+    "another set": (lambda r: r["sets"][0].update(name="drawings"), "sets of"),
+    "no set": (lambda r: r.update(sets=[]), "sets of"),
+    "no default reading": (_without_default, "default reading of simulation"),
+    "a reading twice": (lambda r: r["sets"][0]["readings"][1].update(id="r000"), "default reading"),
+    "no design": (lambda r: r.pop("design"), "KeyError: 'design'"),
+    "no scene and yet an outcome": (
+        lambda r: r["sets"][0]["readings"][0]["claims"]["X7/hog"].update(units=0, statistic=None),
+        "without a scene",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_a_record_that_does_not_follow_from_its_readings_is_refused(record, tmp_path, name):
+    change, needed = DAMAGE[name]
+    with pytest.raises(FileFormatError) as caught:
+        read_experiments(written(tmp_path / "experiments.json", changed(record, change)))
+    assert needed in str(caught.value), caught.value
+
+
+def test_a_record_that_was_changed_after_it_was_written_is_refused(record, tmp_path):
+    made = deepcopy(record)
+    made["sets"][0]["default"]["accuracy"][0][0]["right"] += 1
+    with pytest.raises(FileFormatError, match="changed after it was written"):
+        read_experiments(written(tmp_path / "experiments.json", made))
+    other = record | {"volatile": {"seconds": 1}}
+    assert read_experiments(written(tmp_path / "b.json", other)).digest == record["digest"]
+    for content, needed in (("{", "must be JSON"), ("[]", "must be a record of the experiments")):
+        (tmp_path / "c.json").write_text(content, encoding="utf-8")
+        with pytest.raises(FileFormatError, match=needed):
+            read_experiments(tmp_path / "c.json")
+    with pytest.raises(FileFormatError, match="No such file"):
+        read_experiments(tmp_path / "none.json")
+
+
+def test_a_bound_that_was_rounded_to_the_line_may_be_on_either_side(record):
+    def at_the_line(made):
+        made["sets"][0]["readings"][0]["claims"]["X2/stated"].update(lower=-0.1, upper=0.01, statistic=0.0)
+
+    told = record["sets"][0]["readings"][0]["claims"]["X2/stated"]["outcome"]
+    assert told in ("refuted", "inconclusive"), "the made-up record has changed"
+    assert checked(changed(record, at_the_line), "experiments.json").surveys
+
+
+def test_a_reading_without_a_scene_has_no_numbers(record, found):
+    def nothing(made):
+        for each in made["sets"][0]["readings"]:
+            told = each["claims"]["X8/zero"]
+            told.update(units=0, left_out=48, statistic=None, lower=None, upper=None, outcome="inconclusive")
+        counts = {"holds": 0, "refuted": 0, "inconclusive": 8, "readings": 8, "verdict": "inconclusive"}
+        made["sets"][0]["claims"]["X8/zero"].update(counts)
+
+    made = checked(changed(record, nothing), "experiments.json")
+    text = rendered(made)["report.md"].decode()
+    assert "no scene defines it, 48 left out" in text
+    row = next(line for line in text.splitlines() if line.startswith("| X8/zero | simulation"))
+    assert row.endswith("| open | - | - | - | 0 |"), row
+
+
+def test_surveys_come_back(found):
+    for each in found.surveys:
+        assert Survey.from_json(json.loads(json.dumps(each.as_json()))) == each
+    assert found.command == "python -m verification experiments --readings 8 --photos DIR"
+    with pytest.raises(InputError, match="at least one reading"):
+        survey(0, 0, 0)
+
+
+def rendered(stored, made=None):
+    made = made or evidence(surveys=list(stored.surveys))
+    return files(made, judge_all(made), verdicts(made), {}, stored)
+
+
+def test_the_report_shows_the_record_and_says_that_it_did_not_find_it(found):
+    content = rendered(replace(found, sheets={"2-case": b"\xff\xd8"}))
+    page, text = Page(content["report.html"].decode()), content["report.md"].decode()
+    assert page.open == []
+    assert len(page.ids) == len(set(page.ids))
+    assert {link.removeprefix("#") for link in page.links} <= set(page.ids)
+    squeezed = " ".join(page.text.split())
+    for needed in (
+        "it was not found by the run that wrote this report",
+        found.digest,
+        found.content["sets"][0]["digest"],
+        found.command,
+        "What a user should know",
+        "610 of 900 wrong labels are the shortest reference",
+        "the ambulance is labelled right least often",
+        "smallest effect 0.01",
+    ):
+        assert needed in squeezed, needed
+        assert needed in " ".join(text.replace("\\", "").split()), needed
+    assert content["report.html"].decode().count('src="data:image/jpeg;base64,/9g="') == 1
+    assert "photographs-accuracy" in content["report.html"].decode()
+    assert "photographs-features" not in content["report.html"].decode(), (
+        "on the page of the experiments alone"
+    )
+    found_again = json.loads(content["report.json"])
+    assert found_again["experiments"]["record"] == found.digest
+    assert "readings" not in found_again["experiments"]["sets"][0]["default"]
+    schema = json.loads(Path(report.__file__).with_name("report.schema.json").read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator(schema).validate(found_again)
+
+
+def test_without_a_record_the_report_says_how_to_make_one():
+    made = evidence(surveys=[])
+    content = files(made, judge_all(made), verdicts(made), {})
+    for name in ("report.html", "report.md"):
+        assert "python -m verification experiments" in content[name].decode(), name
+    assert json.loads(content["report.json"])["experiments"] is None
+
+
+def test_figures_and_pages_are_the_same_each_time(found, pages):
+    assert experiment_files(replace(found, sheets={"2-case": b"\xff\xd8 no picture"})) == pages
+    figures = {name: data.decode() for name, data in pages.items() if name.startswith("figures/")}
+    assert len(figures) == 16, list(figures)
+    for name, svg in figures.items():
+        root = ElementTree.fromstring(svg)
+        assert len(root.get("aria-label")) > 80, name
+        assert len(svg) < 40_000, (name, len(svg))
+        assert "<image" not in svg, name
+    page = Page(pages["experiments.html"].decode())
+    assert page.open == []
+    assert len(page.ids) == len(set(page.ids))
+    shown = re.findall(r"\]\(([^)]*)\)", pages["experiments.md"].decode())
+    assert sorted(shown) == sorted([*figures, "sheets/2-case.jpg"])
+
+
+def test_the_pages_of_a_full_record_keep_their_budget():
+    full = checked(experiments_record(128, columns=1814), "experiments.json")
+    made = evidence(surveys=list(full.surveys))
+    with_sheets = replace(full, sheets={"2-case": bytes(BUDGET)})
+    assert len(rendered(with_sheets, made)["report.html"]) < 1_000_000
+    assert len(experiment_files(with_sheets)["experiments.html"]) < 700_000
+
+
+def test_hostile_names_stay_text(record):
+    def hostile(made):
+        for pictures in made["sets"]:
+            pictures["objects"][0] = EVIL.replace("\x00", "")
+            pictures["default"]["baselines"][EVIL.replace("\x00", "")] = pictures["default"]["baselines"][
+                "ridge"
+            ]
+            pictures["readings"][0]["claims"]["X1/stated"]["comparison"] = EVIL.replace("\x00", "")
+
+    content = experiment_files(checked(changed(record, hostile), "experiments.json"))
+    page = Page(content["experiments.html"].decode())
+    assert "script" not in page.tags
+    assert "alert(1)" in page.text
+    assert "<script" not in content["experiments.md"].decode()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda r: r["sets"][0]["default"].pop("shares"),
+        lambda r: r["sets"][0]["default"]["grid"].pop(),
+        lambda r: r["sets"][0]["default"]["case"]["u"].append(1.0),
+        lambda r: r["sets"][1]["default"]["accuracy"][0].pop(),
+    ],
+)
+def test_a_record_that_lacks_what_is_shown_is_refused_by_name(record, change):
+    made = checked(changed(record, change), "experiments.json")
+    with pytest.raises((InputError, KeyError, ValueError)):
+        experiment_files(made)
+
+
+def test_labels_keep_apart_and_stay_inside():
+    placed = spaced([0.5, 0.5, 0.51, 0.9], 0.05)
+    assert np.diff(placed).min() >= 0.05 - 1e-12, placed
+    assert placed[3] == 0.9
+    assert spaced([0.1, 0.4], 0.05) == [0.1, 0.4]
+    assert min(spaced([0.0, 0.0, 0.0], 0.1)) == 0.0
+
+
+def test_sheets_are_bound_to_their_record(tmp_path):
+    for name, data in sheet_files("a" * 64, {"2-case": b"x", "1-b": b"y"}).items():
+        (tmp_path / name).write_bytes(data)
+    assert read_sheets(tmp_path, "a" * 64) == {"1-b": b"y", "2-case": b"x"}
+    assert read_sheets(tmp_path / "none", "a" * 64) == {}
+    with pytest.raises(FileFormatError, match="must be that of the record"):
+        read_sheets(tmp_path, "b" * 64)
+    (tmp_path / "2-case.jpg").write_bytes(b"z")
+    with pytest.raises(FileFormatError, match="SHA-256"):
+        read_sheets(tmp_path, "a" * 64)
+    (tmp_path / "2-case.jpg").unlink()
+    with pytest.raises(FileFormatError, match="must list the sheets"):
+        read_sheets(tmp_path, "a" * 64)
+
+
+def drawn(folder, kind, names, robots):
+    """A folder as `convexperc simulate` writes it, with noise for pictures."""
+    rng = np.random.default_rng([0, len(names)])
+
+    def stored(file):
+        place = folder / file
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(
+            cv2.imencode(".png", rng.integers(0, 256, (12, 16, 3), dtype=np.uint8))[1].tobytes()
+        )
+        return {"file": file, "sha256": hashlib.sha256(place.read_bytes()).hexdigest()}
+
+    scenes = []
+    for name, level in names:
+        views = [
+            {"name": f"robot-{k}", "obstruction": "none"} | stored(f"views/{name}/robot-{k}.png")
+            for k in range(1, robots + 1)
+        ]
+        above = stored(f"overhead/{name}.png")
+        told = {"name": name, "object": name.rpartition("-")[0], "level": level, "views": views}
+        scenes.append(told | {"overhead": above["file"], "overhead_sha256": above["sha256"]})
+    references = [{"object": "cone"} | stored("references/cone.png")]
+    manifest = {"format": 1, "set": kind, "scenes": scenes, "references": references}
+    (folder / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    return folder
+
+
+def test_sheets_are_drawn_of_simulated_pictures_and_published_with_the_pages(record, tmp_path):
+    folders = [
+        drawn(tmp_path / "a", "physical", [("helicopter-3-00", "none"), ("helicopter-3-01", "one full")], 6),
+        drawn(
+            tmp_path / "b",
+            "case-study",
+            [(f"{name}-0", "case study") for name in ("red-car", "gray-car", "ica-sign")],
+            5,
+        ),
+    ]
+    out = tmp_path / "out"
+    out.mkdir()
+    written(out / "experiments.json", record)
+    names = {path.relative_to(out).as_posix() for path in publish(out, folders)}
+    sheets = sorted(name for name in names if name.endswith(".jpg"))
+    assert sheets == [
+        *(f"sheets/1-case-study-{name}.jpg" for name in ("gray-car", "ica-sign", "red-car")),
+        "sheets/2-case.jpg", "sheets/3-levels.jpg", "sheets/4-references.jpg",
+    ]  # fmt: skip
+    assert sum((out / name).stat().st_size for name in sheets) <= BUDGET
+    again = read_experiments(out / "experiments.json")
+    assert contact_sheets(again.content, folders[::-1]) == again.sheets, "in any order, the same bytes"
+    assert (out / "experiments.html").read_text(encoding="utf-8").count("<img") == 6
+    assert contact_sheets(experiments_record(names=("photographs",)), folders) == {}
+    (tmp_path / "a" / "references" / "cone.png").write_bytes(b"another")
+    with pytest.raises(FileFormatError, match="as its manifest says"):
+        publish(out, folders)
+
+
+@pytest.fixture
+def quick(monkeypatch, tmp_path):
+    """No arguments, which take seconds; X2 refuted by the baseline; a command about X2."""
+    monkeypatch.setattr("verification.gather.all_arguments", list)
+    expected = read_baseline() | {"X2": Verdict.REFUTED, "X2/stated": Verdict.REFUTED}
+    monkeypatch.setattr("verification.baseline.read_baseline", lambda: expected)
+
+    def command(name, *more):
+        arguments = (name, "--claim", "X2", "--jobs", 1, "--out", tmp_path / "out", *more)
+        return RUNNER.invoke(app, [str(each) for each in arguments])
+
+    return command
+
+
+def test_a_run_judges_by_the_record_that_is_named(record, tmp_path, monkeypatch, quick):
+    result = quick("run", "--experiments", written(tmp_path / "experiments.json", record))
+    assert result.exit_code == 0, (result.output, result.exception)
+    assert record["digest"][:12] in result.stdout, result.stdout
+    assert re.search(r"X2/stated\s*│ photographs", result.stdout), result.stdout
+    other = experiments_record(outcomes={"X2/stated": ["holds"] * 8})
+    result = quick("run", "--experiments", written(tmp_path / "other.json", other))
+    assert result.exit_code == 1, result.output
+    assert "X2: supported, the baseline says refuted" in result.stdout, result.stdout
+    damaged = written(tmp_path / "damaged.json", record | {"format": 7})
+    for wrong in (damaged, tmp_path / "none.json"):
+        result = quick("run", "--experiments", wrong)
+        assert result.exit_code == 2, result.output
+        assert "--experiments" in result.stderr, result.stderr
+    monkeypatch.setattr("verification.experiments_record.PACKAGED", tmp_path / "none.json")
+    assert quick("run").exit_code == 3, "nothing was judged, and nothing speaks against the baseline"
+
+
+def test_a_report_shows_the_record_that_comes_with_the_verifier(record, tmp_path, monkeypatch, quick):
+    file = written(tmp_path / "experiments.json", record)
+    monkeypatch.setattr("verification.experiments_record.PACKAGED", file)
+    result = quick("report")
+    assert result.exit_code == 0, (result.output, result.exception)
+    told = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
+    assert told["settings"]["experiments"]["record"] == told["experiments"]["record"] == record["digest"]
+    assert told["settings"]["command"].endswith("--claim X2")
+    kept = tmp_path / "out" / ".journal" / "quick-0-X2.evidence.json"
+    assert json.loads(kept.read_text(encoding="utf-8"))["evidence"]["surveys"] == [], "not found by the run"
+    result = RUNNER.invoke(
+        app, ["report", "--evidence", str(kept), "--experiments", str(file), "--out", str(tmp_path)]
+    )
+    assert result.exit_code == 0, (result.output, result.exception)
+    told = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert told["settings"]["command"].endswith("--claim X2 --experiments experiments.json")
+
+
+def test_a_part_about_the_experiments_is_judged_by_surveys_alone(found):
+    made = evidence(surveys=[])
+    assert judge_part(PARTS["X1/stated"], made).verdict is Verdict.NOT_TESTABLE
+    assert {survey.part for survey in found.surveys} == set(PARTS_X)

@@ -1,0 +1,17 @@
+"""Errors of the caller as misuse: exit code 2, with the option that is to blame."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import typer
+
+
+@contextmanager
+def misuse(hint: str) -> Iterator[None]:
+    """Files that cannot be read or written, and what is not what it should be, as misuse."""
+    from convexperc.errors import ConvexpercError  # noqa: PLC0415 - keeps --help quick
+
+    try:
+        yield
+    except (OSError, ConvexpercError) as problem:
+        raise typer.BadParameter(str(problem), param_hint=hint) from None

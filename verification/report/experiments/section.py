@@ -1,0 +1,126 @@
+"""The section on the experiments: rules, tables, figures and sheets, in the order in which they are read."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from convexperc.errors import InputError
+from verification.claims import PROTOCOL
+from verification.report.experiments import tables
+from verification.report.experiments.advice import advice
+from verification.report.experiments.blocks import Block, Heading, Listing, Paragraph, Picture, Sheet
+from verification.report.experiments.catalogue import drawings
+from verification.surveyed import DECIDING
+
+Data = Mapping[str, Any]
+CAPTIONS = {
+    "1-case-study-": "A scene of the case study: {name}. The views are ordered by |w|; good ones are framed.",
+    "2-case": "The case whose weights are drawn above. Obstructed views are framed in orange.",
+    "3-levels": "One object at every level of obstruction. Obstructed views are framed in orange.",
+    "4-references": "The references: one view of each object, which a template is made of.",
+}
+"""By the beginning of a sheet's name."""
+RULES = (
+    ("Trials", PROTOCOL.trials),
+    ("Score", PROTOCOL.score),
+    ("Unit", PROTOCOL.unit),
+    ("Interval", PROTOCOL.interval),
+    ("Refuted in a reading", PROTOCOL.refuted),
+    ("Holds in a reading", PROTOCOL.holds),
+    ("Open in a reading", PROTOCOL.inconclusive),
+    ("Readings", PROTOCOL.readings),
+    ("Verdict", PROTOCOL.multiverse),
+)
+
+
+def section(found: Data, sheets: Mapping[str, bytes], whole: bool = True) -> list[Block]:
+    """All blocks of the section.
+
+    Parameters
+    ----------
+    found : mapping
+        See `verification.report.experiments.summary.summary`.
+    sheets : mapping of str to bytes
+        JPEG by name.
+    whole : bool
+        All figures of every set; else of the set that decides, and the main ones of the others.
+
+    Raises
+    ------
+    InputError
+        The record lacks something that a table or a figure needs.
+    """
+    try:
+        return list(_blocks(found, sheets, whole))
+    except (KeyError, TypeError, ValueError, IndexError) as problem:
+        if isinstance(problem, InputError):
+            raise
+        told = f"{type(problem).__name__}: {problem}"
+        raise InputError("experiments", value=told, must="must have what the tables show") from None
+
+
+def _blocks(found: Data, sheets: Mapping[str, bytes], whole: bool) -> Iterator[Block]:
+    sets, design = found["sets"], found["design"]
+    yield Paragraph(
+        "This evidence was read from a stored record; it was not found by the run that wrote this report. The"
+        " record is bound by its digest, the pictures by theirs, and its verdicts were counted again from its"
+        " readings."
+    )
+    yield Listing(tuple(_origin(found)))
+    yield Heading("What became of the claims")
+    yield tables.verdicts(sets)
+    for pictures in sets:
+        yield tables.deciding(pictures)
+    yield Heading("The rules, fixed before looking")
+    yield Listing(tuple((name, _sentence(text)) for name, text in RULES))
+    for pictures in sets:
+        yield from _of_set(pictures, design, sheets, whole)
+    yield Heading("What a user should know")
+    for pictures in sets:
+        yield Heading(f"On the {pictures['name']}", 1)
+        yield Listing(tuple(advice(pictures, design)))
+        if "limits" in pictures:
+            yield tables.factors(pictures)
+            yield tables.confusion(pictures)
+
+
+def _of_set(pictures: Data, design: Data, sheets: Mapping[str, bytes], whole: bool) -> Iterator[Block]:
+    decides = pictures["name"] == DECIDING
+    yield Heading(f"Results: {pictures['name']}")
+    yield Paragraph(_described(pictures))
+    yield tables.baselines(pictures, design)
+    yield tables.scores(pictures, design)
+    yield from tables.divided(pictures, design)
+    for drawing in drawings(pictures, design, whole or decides):
+        yield Picture(drawing)
+    if decides:
+        yield from (Sheet(name, _caption(name), data) for name, data in sheets.items())
+
+
+def _origin(found: Data) -> Iterator[tuple[str, str]]:
+    yield "Record", f"SHA-256 {found['record']}"
+    for pictures in found["sets"]:
+        yield f"Pictures, {pictures['name']}", f"SHA-256 {pictures['digest']}"
+    yield "Made again by", found["command"]
+
+
+def _described(pictures: Data) -> str:
+    study = pictures["case_study"]
+    levels = ", ".join(f"{name} ({count})" for name, count in pictures["levels"].items())
+    return (
+        f"{pictures['scenes']:,} scenes of {len(pictures['objects'])} objects with"
+        f" {pictures['views']:,} views:"
+        f" {', '.join(pictures['objects'])}. Obstructed views, with the number of scenes: {levels}."
+        " Case study:"
+        f" {study['scenes']} scenes of {', '.join(study['objects'])}."
+    )
+
+
+def _caption(name: str) -> str:
+    for start, caption in CAPTIONS.items():
+        if name.startswith(start):
+            return caption.format(name=name.removeprefix(start))
+    return name
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}".rstrip(".") + "."

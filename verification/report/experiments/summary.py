@@ -1,0 +1,126 @@
+"""What the report shows of a record of the experiments: the default reading whole, the others in counts."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from verification.claims import PARTS
+from verification.experiments_record import Experiments
+from verification.protocol import Reading
+from verification.survey import Survey
+from verification.surveyed import DECIDING, verdict
+
+QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
+"""Of the readings' accuracy; the ends, nine tenths of them, and the middle."""
+FINEST = 150
+"""Strokes of the drawing of u within one modality; more columns share strokes."""
+KEPT = ("name", "digest", "source", "objects", "scenes", "views", "levels", "case_study", "limits")
+
+
+def summary(found: Experiments) -> dict[str, Any]:
+    """Plain data that tables and figures are made of.
+
+    Raises
+    ------
+    KeyError, ValueError
+        The record lacks something.
+    """
+    return {
+        "record": found.digest,
+        "command": found.command,
+        "design": found.content["design"],
+        "sets": [_set(each, found.surveys) for each in in_order(found.content["sets"])],
+    }
+
+
+def in_order(sets: list[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The set that decides first."""
+    return sorted(sets, key=lambda each: each["name"] != DECIDING)
+
+
+def survey_table(survey: Survey) -> dict[str, Any]:
+    """Counts and the deciding comparison of the default reading."""
+    data = survey.as_json()
+    kept = ("pictures", "holds", "refuted", "inconclusive", "default")
+    named = {key: data[key] for key in kept}
+    return named | {"readings": survey.readings, "verdict": verdict(survey).value}
+
+
+def _set(pictures: Mapping[str, Any], surveys: tuple[Survey, ...]) -> dict[str, Any]:
+    own = {each.part: each for each in surveys if each.pictures == pictures["name"]}
+    claims = {
+        key: survey_table(own[key]) | {"levels": own[key].levels, "extremes": _extremes(own[key])}
+        for key in PARTS
+        if key in own
+    }
+    default = dict(pictures["default"])
+    default["case"] = _case(default["case"])
+    accuracy = np.array([each["accuracy"] for each in pictures["readings"]], dtype=np.float64)
+    return {key: pictures[key] for key in KEPT if key in pictures} | {
+        "readings": len(pictures["readings"]),
+        "chance": pictures["readings"][0]["chance"],
+        "claims": claims,
+        "default": default,
+        "spread": _quantiles(accuracy),
+        "gain": _quantiles(accuracy - accuracy[:, :1]),
+        "best": _best(accuracy),
+    }
+
+
+def _quantiles(values: Float[np.ndarray, "readings settings counts"]) -> list[Any]:
+    """By setting and n: the quantiles over the readings."""
+    found = np.quantile(values, QUANTILES, axis=0)
+    return [[[_short(each) for each in cell] for cell in row] for row in np.moveaxis(found, 0, -1).tolist()]
+
+
+def _best(accuracy: Float[np.ndarray, "readings settings counts"]) -> list[int]:
+    """In how many readings each setting has the highest mean over n; readings with a tie count for none."""
+    means = accuracy.mean(axis=2)
+    first = means == means.max(axis=1, keepdims=True)
+    return [int(count) for count in first[first.sum(axis=1) == 1].sum(axis=0)]
+
+
+def _extremes(survey: Survey) -> dict[str, Any]:
+    """The levels with the largest and the smallest share of readings in which the part holds."""
+    shares: list[dict[str, Any]] = [
+        {
+            "factor": factor,
+            "level": level,
+            "holds": counts[0],
+            "refuted": counts[1],
+            "readings": sum(counts),
+        }
+        for factor, by_level in survey.levels.items()
+        for level, counts in by_level.items()
+        if sum(counts)
+    ]
+    ranked = sorted(shares, key=lambda each: (each["holds"] - each["refuted"]) / each["readings"])
+    return {"most": ranked[-1], "least": ranked[0]}
+
+
+def _case(case: Mapping[str, Any]) -> dict[str, Any]:
+    """The case with u cut into modalities, as the lowest and highest entry of each stroke."""
+    kept = {key: value for key, value in case.items() if key != "u"}
+    if "u" not in case:
+        return kept
+    u, strokes, start = np.array(case["u"], dtype=np.float64), {}, 0
+    if u.size != sum(case["modality_sizes"].values()):
+        raise ValueError(f"u has {u.size} entries, its modalities {case['modality_sizes']}")
+    for name, size in case["modality_sizes"].items():
+        step = -(-size // FINEST)
+        groups = [u[start + at : start + min(at + step, size)] for at in range(0, size, step)]
+        ends = [[_short(float(group.min())), _short(float(group.max()))] for group in groups]
+        strokes[name] = {"columns": step, "ends": ends}
+        start += size
+    return kept | {"u": strokes}
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def outcome_in_words(outcome: str) -> str:
+    """An outcome of a reading, as the report calls it."""
+    return "open" if outcome == Reading.INCONCLUSIVE else outcome

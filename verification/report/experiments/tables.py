@@ -1,0 +1,155 @@
+"""Tables of the experiments: what became of each claim, the readings that decide, scores and counts."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from verification.report.experiments.blocks import Table
+from verification.report.experiments.flips import FACTORS
+from verification.report.experiments.summary import outcome_in_words
+from verification.surveyed import DECIDING
+
+Data = Mapping[str, Any]
+
+
+def verdicts(sets: Sequence[Data]) -> Table:
+    """Of each part and each set of pictures: the verdict, the readings, and the default reading's numbers."""
+    rows = []
+    for key in dict.fromkeys(key for each in sets for key in each["claims"]):
+        for each in sets:
+            if key in each["claims"]:
+                found = each["claims"][key]
+                told = found["default"]
+                numbers = [number(told[name]) for name in ("statistic", "lower", "upper")]
+                counts = [str(found[name]) for name in ("holds", "refuted", "inconclusive")]
+                words = (short(key), each["name"], found["verdict"])
+                rows.append(
+                    (*words, *counts, outcome_in_words(told["outcome"]), *numbers, str(told["units"]))
+                )
+    readings = max(each["readings"] for each in sets)
+    title = (
+        f"Verdicts, over {readings} readings: in how many a part holds, is refuted, stays open; then what"
+        " the default reading says, with the statistic and the joint interval of the comparison that decides"
+        f" it. The verdict of a claim comes from the {DECIDING}"
+    )
+    head = ("part", "pictures", "verdict", "holds", "refuted", "open", "default reading")
+    return Table(title, (*head, "statistic", "lower", "upper", "scenes"), tuple(rows), words=(0, 1, 2, 6))
+
+
+def deciding(pictures: Data) -> Table:
+    """The comparison that decides each part in the default reading, and the levels that matter most."""
+    rows = []
+    for key, found in pictures["claims"].items():
+        most, least = found["extremes"]["most"], found["extremes"]["least"]
+        same = _balance(most) == _balance(least)
+        levels = ("no level differs", "") if same else (_level(most), _level(least))
+        rows.append((short(key), found["default"]["name"], *levels))
+    title = (
+        f"{name_of(pictures)}: the comparison that decides the default reading; and the level of one factor"
+        " with which a part does best and worst, with its readings"
+    )
+    head = ("part", "deciding comparison", "best with", "worst with")
+    return Table(title, head, tuple(rows), words=(0, 1, 2, 3), folded=pictures["name"] != DECIDING)
+
+
+def scores(pictures: Data, design: Data) -> Table:
+    """The default reading's labels, counted."""
+    default, rows = pictures["default"], []
+    for at, setting in enumerate(design["settings"]):
+        for k, n in enumerate(design["counts"]):
+            cell = default["accuracy"][at][k]
+            counts = [f"{cell[name]:,}" for name in ("right", "wrong", "tie", "undecided")]
+            share = [percent(default["explained"][at][k]["score"])] if "explained" in default else []
+            interval = f"{percent(cell['lower'])} to {percent(cell['upper'])}"
+            rows.append((pair(setting), str(n), percent(cell["score"]), interval, *counts, *share))
+    head = ["(lambda2, lambda3)", "n", "score, %", "95 % interval", "right", "wrong", "tie", "undecided"]
+    head += ["by explained share, %"] if "explained" in default else []
+    title = f"{name_of(pictures)}: labels of the default reading, by setting and number of views n"
+    return Table(title, tuple(head), tuple(rows), words=(0,), folded=True)
+
+
+def baselines(pictures: Data, design: Data) -> Table:
+    """Scores of the settings and of the baselines on the same views."""
+    default = pictures["default"]
+    rows = [
+        (pair(setting), *(percent(cell["score"]) for cell in cells))
+        for setting, cells in zip(design["settings"], default["accuracy"], strict=True)
+    ]
+    rows += [
+        (name, *(percent(cell["score"]) for cell in cells)) for name, cells in default["baselines"].items()
+    ]
+    title = (
+        f"{name_of(pictures)}: mean score in %, default reading, by the number of views; (0, 0) is"
+        " least squares"
+        f" alone, chance is {percent(pictures['chance'])}"
+    )
+    head = ("method", *(f"n = {n}" for n in design["counts"]))
+    return Table(title, head, tuple(rows))
+
+
+def divided(pictures: Data, design: Data) -> Iterator[Table]:
+    """Scores with all views, by level of obstruction and by object."""
+    last = design["counts"][-1]
+    for key, what in (("by_level", "obstructed views"), ("by_object", "object")):
+        rows = tuple(
+            (name, *(percent(score) for score in values)) for name, values in pictures["default"][key].items()
+        )
+        title = f"{name_of(pictures)}: mean score in % by {what}, default reading, n = {last}"
+        yield Table(title, (what, *map(pair, design["settings"])), rows, folded=True)
+
+
+def factors(pictures: Data) -> Table:
+    """Score and share of open labels at (0.1, 0.1), by level of each factor."""
+    limits = pictures["limits"]
+    rows = tuple(
+        (f"{FACTORS[name]}: {level}", percent(score), percent(limits["open"][name][level]))
+        for name in FACTORS
+        if name in limits["accuracy"]
+        for level, score in limits["accuracy"][name].items()
+    )
+    title = f"{name_of(pictures)}: (0.1, 0.1), mean over n and over the readings with that level, in %"
+    return Table(title, ("level", "score", "tied or undecided"), rows)
+
+
+def confusion(pictures: Data) -> Table:
+    """Proved labels by object."""
+    found = pictures["limits"]["confusion"]
+    rows = tuple(
+        (name, *map(str, counts), str(left))
+        for name, counts, left in zip(found["objects"], found["counts"], found["open"], strict=True)
+    )
+    title = f"{name_of(pictures)}: objects (rows) and their labels, default reading, (0.1, 0.1), all views"
+    return Table(title, ("object", *found["objects"], "no label"), rows, folded=True)
+
+
+def name_of(pictures: Data) -> str:
+    """The name of a set with a capital."""
+    return str(pictures["name"]).capitalize()
+
+
+def short(key: str) -> str:
+    """A part without "stated"."""
+    return key.removesuffix("/stated")
+
+
+def pair(setting: Sequence[float]) -> str:
+    """A setting of the lambdas."""
+    return f"({setting[0]:g}, {setting[1]:g})"
+
+
+def percent(value: float) -> str:
+    """A share in percent, one decimal."""
+    return f"{100.0 * value:.1f}"
+
+
+def number(value: float | None) -> str:
+    """Three decimals; "-" for none."""
+    return "-" if value is None else f"{value:.3f}"
+
+
+def _level(found: Data) -> str:
+    counts = f"holds in {found['holds']}, refuted in {found['refuted']} of {found['readings']}"
+    return f"{FACTORS.get(found['factor'], found['factor'])} {found['level']}: {counts}"
+
+
+def _balance(found: Data) -> float:
+    return float(found["holds"] - found["refuted"]) / float(found["readings"])
