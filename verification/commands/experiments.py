@@ -57,14 +57,16 @@ def experiments(
 ) -> None:
     """Do the paper's experiments again, on simulated scenes and on photographs, under many readings.
 
-    Writes OUT/experiments.json. Without --simulation and --case-study the scenes are drawn first. A run that
-    is broken off goes on where it was when it is started again. Exit code 0: done; 2: misuse; 3: broken off.
+    Writes OUT/experiments.json, its pages, figures and contact sheets. Without --simulation and --case-study
+    the scenes are drawn first. A run that is broken off goes on where it was when it is started again. Exit
+    code 0: done; 2: misuse; 3: broken off.
     """
     from convexperc.records import check_place  # noqa: PLC0415 - keeps --help quick
     from verification.experiments.design import Design  # noqa: PLC0415
     from verification.experiments.readings import first  # noqa: PLC0415
     from verification.experiments.record import NAME, write_record  # noqa: PLC0415
     from verification.experiments.run import run  # noqa: PLC0415
+    from verification.report.experiments.publish import publish  # noqa: PLC0415
 
     design = Design(seed, repetitions)
     if (simulation is None) != (case_study is None) or (simulation is not None and not simulate):
@@ -94,8 +96,10 @@ def experiments(
     data["volatile"]["command"] = _command(given, readings, seed, repetitions)
     with _misuse("--out"):
         place = write_record(out, data)
+        pages = publish(out, [folder for folder in (simulation, case_study) if folder is not None])
     _tell(data)
-    _console().print(f"wrote {place}", highlight=False, markup=False, soft_wrap=True)
+    told = f"wrote {place} and, beside it, {len(pages)} files: pages, figures, contact sheets"
+    _console().print(told, highlight=False, markup=False, soft_wrap=True)
 
 
 def _drawn(folder: Path, seed: int, workers: int) -> tuple[Path, Path]:
