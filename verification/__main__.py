@@ -2,7 +2,7 @@
 
 import typer
 
-from verification.commands import claims, experiments, solvers
+from verification.commands import claims, experiments, replay, solvers
 
 app = typer.Typer(
     add_completion=False,
@@ -16,7 +16,7 @@ report.command("diff")(claims.diff)
 app.command("list")(claims.listed)
 app.command()(claims.run)
 app.add_typer(report, name="report")
-app.command()(claims.replay)
+app.command()(replay.replay)
 app.command()(claims.faults)
 app.command()(experiments.experiments)
 app.command()(solvers.families)

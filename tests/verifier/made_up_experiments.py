@@ -12,7 +12,12 @@ from verification.protocol import Reading
 FACTORS = {
     "lambda1": [0.1, 0.01, 1, 10],
     "normalisation": ["unit length by modality", "sum one by modality", "unit length", "none"],
-    "color": ["by channel, 8 bins", "by channel, 32 bins", "joint, 4 a channel", "joint, 8 a channel"],
+    "color": [
+        "by channel, 8 bins",
+        "by channel, 32 bins",
+        "joint, 4 bins a channel",
+        "joint, 8 bins a channel",
+    ],
     "hog": ["16-pixel cells", "8-pixel cells"],
     "lbp": ["P = 24, R = 3", "P = 8, R = 1"],
     "size": ["128 x 128", "64 x 64"],

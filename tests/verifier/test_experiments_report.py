@@ -359,8 +359,8 @@ def test_sheets_are_bound_to_their_record(tmp_path):
         read_sheets(tmp_path, "a" * 64)
 
 
-def drawn(folder, kind, names, robots):
-    """A folder as `convexperc simulate` writes it, with noise for pictures."""
+def drawn(folder, kind, names, shares):
+    """A folder as `convexperc simulate` writes it: noise for pictures, a robot for each visible share."""
     rng = np.random.default_rng([0, len(names)])
 
     def stored(file):
@@ -374,8 +374,9 @@ def drawn(folder, kind, names, robots):
     scenes = []
     for name, level in names:
         views = [
-            {"name": f"robot-{k}", "obstruction": "none"} | stored(f"views/{name}/robot-{k}.png")
-            for k in range(1, robots + 1)
+            {"name": f"robot-{k}", "obstruction": "none", "visible_share": share}
+            | stored(f"views/{name}/robot-{k}.png")
+            for k, share in enumerate(shares, 1)
         ]
         above = stored(f"overhead/{name}.png")
         told = {"name": name, "object": name.rpartition("-")[0], "level": level, "views": views}
@@ -387,14 +388,14 @@ def drawn(folder, kind, names, robots):
 
 
 def test_sheets_are_drawn_of_simulated_pictures_and_published_with_the_pages(record, tmp_path):
+    default = record["sets"][0]["default"]
+    seen, study = default["case"]["visible_share"], default["case_study"][0]["visible_share"]
+    scenes = [(each["scene"], "case study") for each in default["case_study"]]
     folders = [
-        drawn(tmp_path / "a", "physical", [("helicopter-3-00", "none"), ("helicopter-3-01", "one full")], 6),
         drawn(
-            tmp_path / "b",
-            "case-study",
-            [(f"{name}-0", "case study") for name in ("red-car", "gray-car", "ica-sign")],
-            5,
+            tmp_path / "a", "physical", [("helicopter-3-00", "none"), ("helicopter-3-01", "one full")], seen
         ),
+        drawn(tmp_path / "b", "case-study", scenes, study),
     ]
     out = tmp_path / "out"
     out.mkdir()
@@ -410,6 +411,9 @@ def test_sheets_are_drawn_of_simulated_pictures_and_published_with_the_pages(rec
     assert contact_sheets(again.content, folders[::-1]) == again.sheets, "in any order, the same bytes"
     assert (out / "experiments.html").read_text(encoding="utf-8").count("<img") == 6
     assert contact_sheets(experiments_record(names=("photographs",)), folders) == {}
+    other = drawn(tmp_path / "c", "case-study", scenes, study[::-1])
+    with pytest.raises(FileFormatError, match="as the record has it"):
+        publish(out, [folders[0], other])
     (tmp_path / "a" / "references" / "cone.png").write_bytes(b"another")
     with pytest.raises(FileFormatError, match="as its manifest says"):
         publish(out, folders)

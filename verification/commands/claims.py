@@ -1,7 +1,6 @@
 """Commands about claims: list, run, report, report diff, replay, faults; no mathematics."""
 
 import json
-import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
@@ -12,11 +11,11 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from verification.commands.console import console
 from verification.commands.misuse import misuse
 from verification.commands.stored import attach, figures, read_stored
 
 if TYPE_CHECKING:
-    from verification.counterexamples.record import Record
     from verification.experiments_record import Experiments
     from verification.gather import Options, Run
 
@@ -49,7 +48,7 @@ def listed() -> None:
         names = ", ".join(part.key.split("/", 1)[1] for part in claim.parts[:4])
         more = f" and {len(claim.parts) - 4} more" if len(claim.parts) > 4 else ""
         table.add_row(claim.id, claim.place, claim.statement, names + more)
-    _console().print(table)
+    console().print(table)
 
 
 def run(
@@ -72,7 +71,7 @@ def run(
     attach(found.evidence, stored, experiments)
     code = _verdicts(found)
     for table in figures(found.evidence):
-        _console().print(table)
+        console().print(table)
     raise typer.Exit(code)
 
 
@@ -127,40 +126,8 @@ def diff(
 
     with misuse("A and B"):
         found = compared(read_report(a), read_report(b))
-    _console().print(found.text, highlight=False, markup=False, soft_wrap=True)
+    console().print(found.text, highlight=False, markup=False, soft_wrap=True)
     raise typer.Exit(found.code)
-
-
-def replay(
-    name: Annotated[str, typer.Argument(metavar="ID", help="Of a record, or its file.")],
-    out: Out = Path("reports"),
-    plot: Annotated[
-        Path | None, typer.Option(help="Also draw F by iteration: .svg or .png.", dir_okay=False)
-    ] = None,
-) -> None:
-    """Run one counterexample again in exact arithmetic, iteration by iteration.
-
-    Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale.
-    """
-    from convexperc.picture import picture_kind  # noqa: PLC0415 - keeps --help quick
-    from convexperc.records import check_place, write_whole  # noqa: PLC0415
-    from verification.checks.catalogue import CHECKS  # noqa: PLC0415
-    from verification.replay import replay as again  # noqa: PLC0415
-
-    if plot is not None:
-        with misuse("--plot"):
-            check_place(plot)
-            picture_kind(plot)
-    with misuse("ID"):
-        result = again(_record(name, out), {check.name: check for check in CHECKS})
-    console = _console()
-    for line in result.text():
-        console.print(line, highlight=False, markup=False)
-    console.print(result.table())
-    if plot is not None:
-        with misuse("--plot"):
-            write_whole(plot, result.plot(picture_kind(plot)))
-    raise typer.Exit(1 if result.stale else 0)
 
 
 def faults(
@@ -172,11 +139,11 @@ def faults(
     """Plant every known fault in the library and say which check caught it; exit code 1 if one escaped."""
     from verification.faults.table import as_json, as_markdown, planted, table  # noqa: PLC0415 - keeps --help quick
 
-    console = _console()
+    screen = console()
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("faults", total=None)
         outcomes = planted(lambda done, total: bar.update(task, completed=done, total=total))
-    console.print(table(outcomes))
+    screen.print(table(outcomes))
     if json_file is not None:
         with misuse("--json"):
             json_file.write_text(json.dumps(as_json(outcomes), indent=1) + "\n", encoding="utf-8")
@@ -184,22 +151,6 @@ def faults(
         with misuse("--markdown"):
             markdown.write_text(as_markdown(outcomes), encoding="utf-8")
     raise typer.Exit(0 if all(each.caught for each in outcomes) else 1)
-
-
-def _record(name: str, out: Path) -> "Record":
-    """The record of the catalogue, the file, or the record beside the report in `out`, of that name."""
-    from verification.counterexamples.files import catalogue, load  # noqa: PLC0415 - keeps --help quick
-
-    stored = {record.id: record for record in catalogue()}
-    if name in stored:
-        return stored[name]
-    kept = out / "counterexamples" / f"{name}.json"
-    for place in (Path(name), kept):
-        if place.is_file():
-            return load(place)
-    known = ", ".join(sorted(stored))
-    message = f"no record {name!r} in {kept.parent} and no such file; the catalogue has {known}"
-    raise typer.BadParameter(message, param_hint="ID")
 
 
 def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Options":
@@ -241,7 +192,7 @@ def _gather(options: "Options", out: Path) -> "Run":
         command = " ".join(["python -m verification", *_arguments(options)])
         found.evidence.settings = {"command": command} | found.evidence.settings
         write_json(kept, found.as_json())
-    _console().print(f"evidence: {kept}; 'report --evidence' renders it", highlight=False, markup=False)
+    console().print(f"evidence: {kept}; 'report --evidence' renders it", highlight=False, markup=False)
     return found
 
 
@@ -285,7 +236,7 @@ def _store(content: dict[str, bytes], out: Path) -> None:
     from verification.report.write import store  # noqa: PLC0415 - keeps --help quick
 
     store(content, out)
-    _console().print(f"wrote {out / 'report.html'} and its companions", highlight=False, markup=False)
+    console().print(f"wrote {out / 'report.html'} and its companions", highlight=False, markup=False)
 
 
 def _verdicts(found: "Run") -> int:
@@ -295,15 +246,15 @@ def _verdicts(found: "Run") -> int:
     from verification.evidence import Verdict  # noqa: PLC0415
     from verification.verdicts import ContradictionError, judge_all  # noqa: PLC0415
 
-    console, evidence = _console(), found.evidence
+    screen, evidence = console(), found.evidence
     if found.interrupted:
         told = "; ".join(evidence.missing)
-        console.print(f"{told}: nothing is judged. The same command goes on from there.", highlight=False)
+        screen.print(f"{told}: nothing is judged. The same command goes on from there.", highlight=False)
         return OPEN
     try:
         judgements = judge_all(evidence)
     except ContradictionError as problem:
-        console.print(str(problem), highlight=False, markup=False)
+        screen.print(str(problem), highlight=False, markup=False)
         raise typer.Exit(FAILED) from None
     assessment = assess(evidence, judgements, for_run(read_baseline(), evidence))
     table = Table("claim", "verdict", "from")
@@ -312,13 +263,9 @@ def _verdicts(found: "Run") -> int:
             each = judgements[key]
             condition = f" {each.condition}" if each.verdict is Verdict.HOLDS_UNDER else ""
             table.add_row(key, each.verdict.value + condition, each.reason)
-    console.print(table)
+    screen.print(table)
     if table.row_count < len(CLAIMS):
-        console.print(f"judged: {table.row_count} of {len(CLAIMS)} claims; nothing is said of the others")
+        screen.print(f"judged: {table.row_count} of {len(CLAIMS)} claims; nothing is said of the others")
     for message in assessment.messages:
-        console.print(message, highlight=False, markup=False)
+        screen.print(message, highlight=False, markup=False)
     return assessment.code
-
-
-def _console() -> Console:
-    return Console(file=sys.stdout, width=None if sys.stdout.isatty() else 140)

@@ -32,14 +32,13 @@ def _accuracy(pictures: Data, design: Data) -> str:
     open_ = sum(each["tie"] + each["undecided"] for each in last)
     rivals = {name: cells[-1]["score"] for name, cells in pictures["default"]["baselines"].items()}
     rival = max(rivals, key=lambda name: rivals[name])
+    trials = sum(_trials(each) for each in last)
     return (
-        f"With all {design['counts'][-1]} views the default reading is right in"
-        f" {percent(cell['score'])} % of the"
-        f" scenes at its best setting {pair(design['settings'][best])}, and in"
-        f" {percent(first['score'])} % by least"
-        f" squares alone; the best baseline, {rival}, in {percent(rivals[rival])} %; chance is"
-        f" {percent(pictures['chance'])} %. Of the {sum(_trials(each) for each in last):,} labels of the four"
-        f" settings {open_:,} were ties or undecided."
+        f"With all {design['counts'][-1]} views the default reading scores {percent(cell['score'])} % at its"
+        f" best setting, {pair(design['settings'][best])}, and {percent(first['score'])} % by least squares"
+        f" alone; the best baseline, {rival}, scores {percent(rivals[rival])} %; chance is"
+        f" {percent(pictures['chance'])} %. Of {trials:,} labels of the settings {open_:,} were ties or"
+        " undecided."
     )
 
 

@@ -29,6 +29,8 @@ LEVELS = {
     "sum one by modality": "sum 1, by modality",
     "by channel, 8 bins": "channel, 8 bins",
     "by channel, 32 bins": "channel, 32 bins",
+    "joint, 4 bins a channel": "joint, 4 a channel",
+    "joint, 8 bins a channel": "joint, 8 a channel",
 }
 GAP = 1.1
 """Rows between two factors, where the name of the second stands."""

@@ -55,6 +55,17 @@ class _Folder:
         return np.asarray(cv2.cvtColor(decoded, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
+def _views(folder: _Folder, shown: Data) -> dict[str, Data]:
+    """The views of a scene by name; they must show as much of the object as the record says."""
+    views: dict[str, Data] = {view["name"]: view for view in folder.scene(shown["scene"])["views"]}
+    found = [round(float(views[name]["visible_share"]), 4) for name in shown["views"]]
+    if found != [round(float(share), 4) for share in shown["visible_share"]]:
+        must = f"must be {shown['visible_share']}, as the record has it"
+        remedy = "Name the folders that the record was made from."
+        raise FileFormatError(f"visible shares of {shown['scene']}", value=found, must=must, remedy=remedy)
+    return views
+
+
 def contact_sheets(record: Data, data_dirs: Sequence[Path]) -> dict[str, bytes]:
     """Draw the sheets of the simulated sets of a record.
 
@@ -74,7 +85,7 @@ def contact_sheets(record: Data, data_dirs: Sequence[Path]) -> dict[str, bytes]:
     Raises
     ------
     FileFormatError
-        A folder lacks a scene of the record, or a picture is not the one of its manifest.
+        A folder lacks a scene of the record or has another one, or a picture is not the one of its manifest.
     """
     own = [each for each in record["sets"] if each["name"] == DECIDING]
     if not own:
@@ -104,7 +115,7 @@ def _encoded(drawn: Mapping[str, Picture]) -> dict[str, bytes]:
 def _study(folder: _Folder, shown: Data) -> Picture:
     """The scene from above, and beneath it the views by |w|, the good ones framed."""
     scene = folder.scene(shown["scene"])
-    views = {view["name"]: view for view in scene["views"]}
+    views = _views(folder, shown)
     order = np.argsort(-np.abs(np.array(shown["w"], dtype=np.float64)), kind="stable")
 
     def draw(figure: Figure) -> None:
@@ -122,7 +133,7 @@ def _study(folder: _Folder, shown: Data) -> Picture:
 
 def _case(folder: _Folder, case: Data) -> Picture:
     """The six views of the case with their weights."""
-    views = {view["name"]: view for view in folder.scene(case["scene"])["views"]}
+    views = _views(folder, case)
 
     def draw(figure: Figure) -> None:
         figure.suptitle(f"The case: {case['scene']}, six views and their weights", fontsize=10)

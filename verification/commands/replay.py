@@ -1,0 +1,61 @@
+"""The command that runs one counterexample again; no mathematics."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from verification.commands.claims import Out
+from verification.commands.console import console
+from verification.commands.misuse import misuse
+
+if TYPE_CHECKING:
+    from verification.counterexamples.record import Record
+
+
+def replay(
+    name: Annotated[str, typer.Argument(metavar="ID", help="Of a record, or its file.")],
+    out: Out = Path("reports"),
+    plot: Annotated[
+        Path | None, typer.Option(help="Also draw F by iteration: .svg or .png.", dir_okay=False)
+    ] = None,
+) -> None:
+    """Run one counterexample again in exact arithmetic, iteration by iteration.
+
+    Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale.
+    """
+    from convexperc.picture import picture_kind  # noqa: PLC0415 - keeps --help quick
+    from convexperc.records import check_place, write_whole  # noqa: PLC0415
+    from verification.checks.catalogue import CHECKS  # noqa: PLC0415
+    from verification.replay import replay as again  # noqa: PLC0415
+
+    if plot is not None:
+        with misuse("--plot"):
+            check_place(plot)
+            picture_kind(plot)
+    with misuse("ID"):
+        result = again(_record(name, out), {check.name: check for check in CHECKS})
+    screen = console()
+    for line in result.text():
+        screen.print(line, highlight=False, markup=False)
+    screen.print(result.table())
+    if plot is not None:
+        with misuse("--plot"):
+            write_whole(plot, result.plot(picture_kind(plot)))
+    raise typer.Exit(1 if result.stale else 0)
+
+
+def _record(name: str, out: Path) -> "Record":
+    """The record of the catalogue, the file, or the record beside the report in `out`, of that name."""
+    from verification.counterexamples.files import catalogue, load  # noqa: PLC0415 - keeps --help quick
+
+    stored = {record.id: record for record in catalogue()}
+    if name in stored:
+        return stored[name]
+    kept = out / "counterexamples" / f"{name}.json"
+    for place in (Path(name), kept):
+        if place.is_file():
+            return load(place)
+    known = ", ".join(sorted(stored))
+    message = f"no record {name!r} in {kept.parent} and no such file; the catalogue has {known}"
+    raise typer.BadParameter(message, param_hint="ID")
