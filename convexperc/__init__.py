@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from convexperc.optimality import optimality_residual
     from convexperc.perception import References, perceive
     from convexperc.problem import Problem
-    from convexperc.recognition import Recognition, Verdict, recognize
+    from convexperc.recognition import Recognition, Verdict
+    from convexperc.recognizing import decided_by, recognize, recognize_path
     from convexperc.solution import Solution, Status
     from convexperc.solvers.conic import Conic
     from convexperc.solvers.newton import Newton
@@ -48,11 +49,13 @@ _HOMES = {
     "certify": "certificate",
     "critical_lambda2": "critical",
     "critical_lambda3": "critical",
+    "decided_by": "recognizing",
     "enclose": "enclosure",
     "extract": "features",
     "optimality_residual": "optimality",
     "perceive": "perception",
-    "recognize": "recognition",
+    "recognize": "recognizing",
+    "recognize_path": "recognizing",
     "solve": "solving",
     "solve_many": "many",
     "solve_path": "many",
@@ -79,11 +82,13 @@ __all__ = [
     "certify",
     "critical_lambda2",
     "critical_lambda3",
+    "decided_by",
     "enclose",
     "extract",
     "optimality_residual",
     "perceive",
     "recognize",
+    "recognize_path",
     "solve",
     "solve_many",
     "solve_path",

@@ -36,10 +36,10 @@ class Decision(Enum):
         raise ProblemError("decision", value=value, must=f"must be one of {names}")
 
 
-Bounds = tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]
+Intervals = tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]
 
 
-def costs(decision: Decision, optima: Bounds, squares: Bounds) -> Bounds:
+def costs(decision: Decision, optima: Intervals, squares: Intervals) -> Intervals:
     """Bound what is compared, the lowest being best: F*_j, or F*_j / ||o_j||^2.
 
     Parameters

@@ -1,8 +1,9 @@
-"""Bounds of F* where the coupling costs nothing: lambda1 = 0, or lambda3 = 0 and independent views.
+"""Bounds of F* where the coupling costs little: a lasso in w alone lies below F.
 
-Then F* is the optimum of a lasso in w alone, h(w) = ||X'w - o||^2 + lambda2 ||w||_1: with lambda1 = 0, u = 0
-is best; with lambda3 = 0 some u has Xu = w. With sigma <= lambda_min(X X'), y = X(X'w - o), and any v that is
-lambda2 sign(w_j) where w_j is not 0 and in [-lambda2, lambda2] elsewhere,
+F* is at least the optimum of a lasso in w alone, h(w) = ||X'w - o||^2 + lambda2 ||w||_1, and is that optimum
+where the coupling costs nothing: with lambda1 = 0, u = 0 is best; with lambda3 = 0 some u has Xu = w. With
+sigma <= lambda_min(X X'), y = X(X'w - o), and any v that is lambda2 sign(w_j) where w_j is not 0 and in
+[-lambda2, lambda2] elsewhere,
 
     h(w + s) - h(w) >= sum_j (2 y_j + v_j) s_j + sigma ||s||^2 >= -sum_j (2 y_j + v_j)^2 / (4 sigma).
 
@@ -88,7 +89,7 @@ def _floor(shared: Shared) -> float:
 def judge_lasso(shared, floor, C, targets, lambdas, W, T, Q, bounds):
     """Fill in `bounds` for every template: C (p, n), targets (p,), lambdas (p, 3), W, Q (p, n), T (p, m).
 
-    lambda1 or lambda3 must be 0, the latter with T = 1 and G Q about W, or T = 0 where lambda1 = 0.
+    Any point may be judged; with lambda3 = 0, a good one has T = 1 and G Q about W, with lambda1 = 0, T = 0.
     """
     p, n = C.shape
     room = new_room(n, shared.K.shape[0])
@@ -104,9 +105,7 @@ def judge_lasso(shared, floor, C, targets, lambdas, W, T, Q, bounds):
 @no_type_check
 @njit(cache=True)
 def _in_range(lambdas, w, t, q):
-    """Whether every number is 0, or far from overflow and underflow, and the coupling costs nothing."""
-    if lambdas[0] != 0.0 and lambdas[2] != 0.0:
-        return False
+    """Whether every number is 0, or far from overflow and underflow."""
     for k in range(3):
         if not (1.0 / LARGEST <= lambdas[k] <= LARGEST or lambdas[k] == 0.0):
             return False
@@ -122,7 +121,8 @@ def _in_range(lambdas, w, t, q):
 def _judge_one(shared, case, floor, room, bounds, j):
     value = value_bounds(shared, case, room)
     g, two = shared.gamma, case.lambdas[1]
-    deficit = far = 0.0
+    lasso = case.lambdas[0] == 0.0 or case.lambdas[2] == 0.0
+    deficit = far = norms = 0.0
     for a in range(case.w.size):
         pull = 2.0 * room.y[a]
         error = 2.0 * g * (shared.rows[a] * value.rho + abs(room.y[a])) + SMALL
@@ -134,12 +134,15 @@ def _judge_one(shared, case, floor, room, bounds, j):
         off = abs(room.e[a]) + room.e_error[a]
         far += off * off
     deficit *= 0.25 / floor * (1.0 + g)
-    gap = (deficit + case.lambdas[0] * far + value.stored) * (1.0 + g) + SMALL
+    for i in range(case.t.size):
+        norms += case.t[i] * room.high[i]
+    coupled = case.lambdas[0] * far + case.lambdas[2] * norms
+    gap = (deficit + coupled + value.stored) * (1.0 + g) + SMALL
     root = 2.0 * np.sqrt(gap) * (1.0 + 2.0**-40)
     for a in range(case.w.size):
         error = 2.0 * g * (shared.rows[a] * value.rho + abs(room.y[a])) + SMALL
         size = abs(2.0 * room.y[a]) + error + root * shared.rows[a]
-        bounds.zero_views[j, a] = size * (1.0 + 2.0**-40) < two
+        bounds.zero_views[j, a] = lasso and size * (1.0 + 2.0**-40) < two
     for i in range(case.t.size):
         bounds.modality_norms[j, i] = case.t[i] * 0.5 * (room.low[i] + room.high[i])
         bounds.zero_modalities[j, i] = case.lambdas[0] == 0.0 and case.lambdas[2] > 0.0

@@ -18,7 +18,8 @@ from convexperc.errors import ImageError, InputError
 from convexperc.features import FeatureConfiguration
 from convexperc.features.extraction import extract
 from convexperc.images import list_images, read_image
-from convexperc.recognition import Recognition, recognize
+from convexperc.recognition import Recognition
+from convexperc.recognizing import recognize
 from convexperc.solvers.interface import Solver
 
 Named = Mapping[str, UInt8[np.ndarray, "_ _ 3"]]

@@ -22,12 +22,6 @@ WORTH = 8
 
 def race(run: Run, decision: Decision = Decision.OBJECTIVE) -> None:
     """Leave in `run` at least one certified answer, and every other one certified or excluded by proof."""
-    narrow(run, decision)
-    run.fall_back(_doubtful(run, decision))
-
-
-def narrow(run: Run, decision: Decision = Decision.OBJECTIVE) -> None:
-    """Exclude what the reduced data can exclude; what is left need not be certified."""
     ready = run.ready.nonzero()[0]
     run.fall_back((~run.ready).nonzero()[0])
     if ready.size:
@@ -40,6 +34,7 @@ def narrow(run: Run, decision: Decision = Decision.OBJECTIVE) -> None:
         lower, upper = run.costs(decision)
         left = order[~run.certified()[order] & (lower[order] <= upper.min())]
         run.advance(left[np.argsort(lower[left], kind="stable")], float(upper.min()), decision)
+    run.fall_back(_doubtful(run, decision))
 
 
 def _doubtful(run: Run, decision: Decision) -> Int[np.ndarray, " k"]:

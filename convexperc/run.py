@@ -11,11 +11,11 @@ from jaxtyping import Bool, Float, Int
 
 from convexperc.answers import Answers, Stages, within
 from convexperc.arrays import nonnegative_number
-from convexperc.decision import Decision, costs
+from convexperc.decision import Decision, Intervals, costs
 from convexperc.errors import PointError, ProblemError
 from convexperc.lasso_bounds import judge_merged
 from convexperc.projection import Projection
-from convexperc.reduced_bounds import Bounds, judge
+from convexperc.reduced_bounds import Bounds, Shared, judge
 from convexperc.solution import Solution
 from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton import Batch, Newton, Start, lassos
@@ -29,6 +29,8 @@ SHARE = 0.3
 
 Lambdas = tuple[float, float, float]
 Chosen = Int[np.ndarray, " chosen"]
+Given = tuple[Shared, Float[np.ndarray, "k n"], Float[np.ndarray, " k"], Float[np.ndarray, "k 3"]]
+"""The frame, and c, ||o||^2 and the lambdas of the chosen templates, normalised."""
 
 
 def read_lambdas(lambda1: Any, lambda2: Any, lambda3: Any) -> Lambdas:
@@ -185,12 +187,25 @@ class Run:
             bounds = Bounds.unknown(chosen.size, data.C.shape[1], len(data.modalities))
             tolerance = self.relative_tolerance if thorough else math.inf
             judge(*given, found.W, found.T, found.Q, tolerance, bounds)
+            if thorough:
+                bounds = self._helped(bounds, given, found)
         for mine, new in zip(self.bounds, bounds, strict=True):
             mine[chosen] = new
         for name in ("W", "T", "Q", "iterations"):
             getattr(self.batch, name)[chosen] = getattr(found, name)
         self._changed()
         self.proving += time.perf_counter() - began
+
+    def _helped(self, bounds: Bounds, given: Given, found: Batch) -> Bounds:
+        """Also ask the lasso below F*, where the lambdas are so small that rounding hides a dual point."""
+        tolerances = self.relative_tolerance, self.absolute_tolerance
+        missed = ~within(bounds.gap, bounds.lower, given[2] * (1.0 - 2.0**-20), tolerances)
+        if not missed.any() or not self.projection.distinct.floor > 0.0:
+            return bounds
+        lasso = judge_merged(self.projection.distinct, *given, found.W, found.T, found.Q)
+        return bounds._replace(
+            lower=np.maximum(bounds.lower, lasso.lower), gap=np.minimum(bounds.gap, lasso.gap)
+        )
 
     def finish(self) -> None:
         """Solve every template to the end."""
@@ -218,7 +233,7 @@ class Run:
         """Proved bounds of every F*, on the original data."""
         return self._values.lower, self._values.upper
 
-    def costs(self, decision: Decision) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
+    def costs(self, decision: Decision) -> Intervals:
         """Proved bounds of what decides; see `convexperc.decision`."""
         return costs(decision, self.intervals(), self.projection.squares)
 

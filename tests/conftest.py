@@ -1,9 +1,23 @@
-"""Hypothesis profiles: random at home, derandomised where CI says so."""
+"""Hypothesis profiles: random at home, derandomised where CI says so. What draws, where something does."""
 
 import os
 
+import pytest
 from hypothesis import HealthCheck, settings
+
+from convexperc.errors import MissingExtraError
+from convexperc.simulation.backends import RenderingError
+from convexperc.simulation.opengl import Engine, engine
 
 settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", parent=settings.get_profile("default"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "default")
+
+
+@pytest.fixture(scope="session")
+def opengl() -> Engine:
+    """What draws here; without it a test that draws is skipped, with the packages to install."""
+    try:
+        return engine()
+    except (MissingExtraError, RenderingError) as missing:
+        pytest.skip(str(missing))

@@ -21,7 +21,8 @@ from convexperc.cli import app
 from convexperc.errors import SolverError
 from convexperc.features import FeatureConfiguration
 from convexperc.problem import Problem
-from convexperc.recognition import Verdict, decide
+from convexperc.recognition import Verdict
+from convexperc.recognizing import decide
 from convexperc.records import problem_record, write_json
 from convexperc.solution import Candidate
 from convexperc.solvers.conic import Conic

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from convexperc import Verdict, recognize
+from convexperc import Verdict, decided_by, recognize, recognize_path
 from convexperc.decision import Decision, costs
 from convexperc.errors import ProblemError
 
@@ -46,6 +46,17 @@ def test_the_share_decides_as_the_quotient_of_the_optimum_and_the_square_does(p,
     assert (high[solved] >= shares[solved] * (1 - 1e-8)).all(), (high, shares)
     assert (low <= high).all()
     assert found.template().cost == (low[shares.argmin()], high[shares.argmin()])
+
+
+@given(p=st.integers(2, 40), seed=st.integers(0, 10**6), prune=st.booleans())
+@settings(deadline=None, max_examples=20)
+def test_another_decision_on_the_same_answers_is_that_of_a_new_recognition(p, seed, prune):
+    X, O = frame(p, seed)
+    first = recognize(X, O, prune=prune, **LAMBDAS)
+    for decision in Decision:
+        again = decided_by(first, decision)
+        fresh = recognize(X, O, decision=decision, **LAMBDAS)
+        assert (again.label, again.verdict, again.decision) == (fresh.label, fresh.verdict, decision)
 
 
 @given(seed=st.integers(0, 10**6))
@@ -103,3 +114,26 @@ def test_another_decision_is_refused():
         ProblemError, match="decision must be one of 'objective', 'explained share'; got 'best'"
     ):
         recognize(X, O, decision="best", **LAMBDAS)
+
+
+@pytest.mark.parametrize("decision", list(Decision))
+def test_a_path_recognises_as_each_choice_of_the_lambdas_alone_does(decision):
+    X, O = frame(40, 4)
+    O[:, 7] = O[:, 8]
+    grid = [(0.1, 0.0, 0.0), (0.1, 0.1, 0.0), (0.0, 0.1, 0.1), (0.1, 0.1, 0.1), (0.1, 1e3, 0.1)]
+    names = tuple(f"thing {j}" for j in range(40))
+    path = recognize_path(X, O, grid, modalities=[7, 5], names=names, decision=decision)
+    verdicts = set()
+    for (lambda1, lambda2, lambda3), found in zip(grid, path, strict=True):
+        lambdas = {"lambda1": lambda1, "lambda2": lambda2, "lambda3": lambda3}
+        alone = recognize(X, O, modalities=[7, 5], names=names, decision=decision, **lambdas)
+        assert (found.label, found.candidates, found.verdict) == (
+            alone.label,
+            alone.candidates,
+            alone.verdict,
+        )
+        for one, two in zip(found.costs, alone.costs, strict=True):
+            assert np.array_equal(one, two), lambdas
+        assert np.array_equal(found.answers.w, alone.answers.w), lambdas
+        verdicts.add(found.verdict)
+    assert verdicts >= {Verdict.PROVED, Verdict.TIE}

@@ -11,7 +11,8 @@ import pytest
 
 from convexperc.errors import InputError
 from convexperc.picture import MOST_VIEWS, picture_kind, recognition_picture
-from convexperc.recognition import Verdict, recognize
+from convexperc.recognition import Verdict
+from convexperc.recognizing import recognize
 
 SVG = "{http://www.w3.org/2000/svg}"
 

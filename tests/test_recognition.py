@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from convexperc.errors import ModalityError, ProblemError, SolverError
-from convexperc.recognition import Verdict, decide, recognize
+from convexperc.recognition import Verdict
+from convexperc.recognizing import decide, recognize
 from convexperc.solution import Candidate
 from convexperc.solvers.conic import Conic
 

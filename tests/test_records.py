@@ -17,7 +17,7 @@ from convexperc.modalities import Modalities
 from convexperc.optimality import optimality_residual
 from convexperc.problem import Problem, same_data
 from convexperc.problem_files import read_answer, read_configuration, read_problem
-from convexperc.recognition import recognize
+from convexperc.recognizing import recognize
 from convexperc.records import (
     certificate_record,
     check_place,

@@ -7,7 +7,7 @@ from convexperc.errors import InputError
 NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
-def check_range(name: str, value: float, low: float, high: float) -> None:
+def check_range(name: str, value: float | int, low: float | int, high: float | int) -> None:
     """Raise unless `value` is a number in [low, high]; not a number is refused as well.
 
     Raises

@@ -11,7 +11,7 @@ from joblib import Parallel, delayed
 from convexperc.errors import InputError
 from convexperc.records import json_bytes
 from convexperc.simulation import case_study, physical
-from convexperc.simulation.catalogue import Catalogue, catalogue, mesh_sha256, object_of
+from convexperc.simulation.catalogue import catalogue, mesh_sha256, object_of
 from convexperc.simulation.descriptions import scene_record
 from convexperc.simulation.drawing import draw_reference, draw_scene, find_scene, sha256
 from convexperc.simulation.folder import begin, close_folder, keep, open_folder, part_name
@@ -163,10 +163,13 @@ def write_scene(
     object_of(scene, objects)
     head = manifest_head("scene", scene.seed, [scene.object], frame, engine(), objects)
     head |= {"description_sha256": sha256(json_bytes(scene_record(scene)))}
+    drawn = [
+        draw_reference(scene, frame, objects),
+        draw_scene(scene, frame, objects, level="as described"),
+    ]
     begin(folder, head, open_folder(folder, head))
-    reference = keep(folder, draw_reference(scene, frame, objects))
-    entry = keep(folder, draw_scene(scene, frame, objects, level="as described"))
-    return _finish(folder, head, [reference, entry], [part_name(reference), part_name(entry)])
+    entries = [keep(folder, part) for part in drawn]
+    return _finish(folder, head, entries, map(part_name, entries))
 
 
 def _make(folder: Path, request: Request, thing: Model | MeshModel, plan: Plan | None) -> dict[str, Any]:

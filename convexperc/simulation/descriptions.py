@@ -1,7 +1,6 @@
 """Scenes as JSON, both ways and exactly: every field is a key, and every key a field."""
 
 import os
-import types
 from collections.abc import Mapping
 from dataclasses import asdict, fields, is_dataclass
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -67,8 +66,11 @@ def _build(kind: Any, value: Any, place: str) -> Any:
         return _dataclass(kind, value, place)
     if get_origin(kind) is tuple:
         return _tuple(get_args(kind), value, place)
-    if get_origin(kind) in (Literal, types.UnionType):
-        kind = str
+    if get_origin(kind) is Literal:
+        if value not in get_args(kind):
+            must = f"must be one of {', '.join(get_args(kind))}"
+            raise FileFormatError(place, value=value, must=must)
+        return value
     accepted = (int, float) if kind is float else (kind,)
     if type(value) not in accepted:
         must = "must be a number" if kind is float else f"must be of type {kind.__name__}"

@@ -57,7 +57,7 @@ ICA_SIGN = Scene(
     target_height=1.25,
     reference=Camera(azimuth=0.0, distance=6.0, height=1.2),
     robots=_huskies(
-        Camera(azimuth=-38.0, distance=6.2, height=1.0),
+        Camera(azimuth=-31.0, distance=6.0, height=1.0),
         Camera(azimuth=33.0, distance=8.2, height=0.9),
         Camera(azimuth=4.0, distance=6.2, height=1.1, pan=1.0),
         Camera(azimuth=-19.0, distance=5.6, height=0.9, pan=-1.0),

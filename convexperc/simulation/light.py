@@ -90,9 +90,9 @@ WARM = Light(
 )
 GREEN = Light(
     name="green",
-    ambient=(0.31, 0.42, 0.32),
-    fill=(0.2, 0.29, 0.22),
-    sun=(0.42, 0.62, 0.45),
+    ambient=(0.33, 0.42, 0.34),
+    fill=(0.22, 0.29, 0.23),
+    sun=(0.46, 0.62, 0.48),
     azimuth=60.0,
     elevation=60.0,
     sky=(0.78, 1.0, 0.82),

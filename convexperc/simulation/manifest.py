@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
+import cv2
+
 from convexperc.errors import InputError
 from convexperc.simulation.catalogue import Catalogue, mesh_sha256
 from convexperc.simulation.frame import Frame
@@ -56,6 +58,7 @@ def manifest_head(
         "set": kind,
         "seed": seed,
         "engine": asdict(engine),
+        "opencv": cv2.__version__,
         "image": asdict(frame),
         "overhead_image": asdict(overhead_frame(frame)),
         "units": UNITS,

@@ -112,7 +112,7 @@ def _read_object(folder: Path) -> MeshModel:
     low, high = turned.min(axis=0), turned.max(axis=0)
     centre = np.array([*(low + high)[:2] / 2, low[2]])
     radius, height = float(np.hypot(*(turned - centre)[:, :2].T).max()), float(high[2] - low[2])
-    factor = _factor(folder.name, radius, height) if settings.scale is None else float(settings.scale)
+    factor = _factor(folder.name, radius, height) if settings.scale is None else settings.scale
     x, y, z, w = (float(value) for value in rotation.as_quat())
     return MeshModel(
         name=folder.name,
@@ -131,7 +131,7 @@ def _hash(
     pieces: tuple[tuple[str, bytes], ...], texture: bytes | None, settings: _Settings, factor: float
 ) -> str:
     """Return the hash of the files and of how they are placed."""
-    said: dict[str, Any] = {"scale": factor, "up": settings.up, "turn": float(settings.turn)}
+    said: dict[str, Any] = {"scale": factor, "up": settings.up, "turn": settings.turn}
     said["files"] = {name: hashlib.sha256(content).hexdigest() for name, content in pieces}
     said["texture"] = "" if texture is None else hashlib.sha256(texture).hexdigest()
     return hashlib.sha256(json_bytes(said)).hexdigest()
@@ -170,12 +170,14 @@ def _settings(folder: Path) -> _Settings:
     if not isinstance(record, dict) or not record.keys() <= {"scale", "up", "turn"}:
         must = "must be an object with no keys but scale, up and turn"
         raise FileFormatError(place, value=record, must=must)
-    for key in record.keys() & {"scale", "turn"}:
-        if type(record[key]) not in (int, float):
-            raise FileFormatError(f"{place}: {key}", value=record[key], must="must be a number")
-    said = _Settings(**record)
-    if said.up not in ("y", "z"):
-        raise FileFormatError(f"{place}: up", value=said.up, must="must be 'y' or 'z'")
+    numbers = {key: record[key] for key in ("scale", "turn") if key in record}
+    for key, value in numbers.items():
+        if type(value) not in (int, float):
+            raise FileFormatError(f"{place}: {key}", value=value, must="must be a number")
+    up = record.get("up", "z")
+    if up not in ("y", "z"):
+        raise FileFormatError(f"{place}: up", value=up, must="must be 'y' or 'z'")
+    said = _Settings(up=up, **{key: float(value) for key, value in numbers.items()})
     if said.scale is not None:
         check_range(f"{place}: scale", said.scale, 1e-9, 1e9)
     check_range(f"{place}: turn", said.turn, -360.0, 360.0)

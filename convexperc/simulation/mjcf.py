@@ -16,11 +16,9 @@ from convexperc.simulation.robots import ROBOTS
 from convexperc.simulation.scenes import Scene
 from convexperc.simulation.surroundings import SURROUNDINGS, Surroundings
 
-REACH: Mapping[str, float] = {"park": 10.0, "lab": 2.0}
-"""Half the side in metres of the square around the object that shadows fall in, by surroundings."""
-
-SHADOW_MAP = 1024
-"""Texels a side of the map of shadows; drawing it takes most of the time of a picture."""
+SHADOWS: Mapping[str, tuple[float, int]] = {"park": (10.0, 2048), "lab": (2.0, 1024)}
+"""Where shadows fall, by surroundings: half the side in metres of the square around the object, and texels a
+side of the map of shadows, which takes most of the time of a picture."""
 
 SKY: tuple[Colour, Colour] = ((0.32, 0.55, 0.85), (0.88, 0.92, 0.95))
 """Colours of the sky at its top and at the horizon."""
@@ -70,11 +68,12 @@ def mjcf(scene: Scene, objects: Catalogue = OBJECTS) -> Document:
     thing, around = object_of(scene, objects), SURROUNDINGS[scene.surroundings]
     root = ET.Element("mujoco", model=scene.name)
     ET.SubElement(root, "compiler", angle="degree")
-    _look(root, scene.light, REACH[scene.surroundings])
+    reach, texels = SHADOWS[scene.surroundings]
+    _look(root, scene.light, reach, texels)
     assets = ET.SubElement(root, "asset")
     _paints(assets, scene.light)
     world = ET.SubElement(root, "worldbody")
-    _ground(world, scene.light, around, REACH[scene.surroundings])
+    _ground(world, scene.light, around, reach)
     _body(world, assets, "surroundings", around.parts, Group.SURROUNDINGS, turn=scene.turn)
     files: dict[str, bytes] = {}
     if isinstance(thing, MeshModel):
@@ -102,7 +101,7 @@ def _movables(world: ET.Element, assets: ET.Element, scene: Scene) -> None:
         ET.SubElement(world, "camera", attributes, name=name, fovy=f"{camera.field_of_view:g}")
 
 
-def _look(root: ET.Element, light: Light, reach: float) -> None:
+def _look(root: ET.Element, light: Light, reach: float, texels: int) -> None:
     """Set the depth range, the haze at the horizon and the resolution of shadows."""
     ET.SubElement(root, "statistic", center="0 0 0", extent=f"{reach:g}")
     visual = ET.SubElement(root, "visual")
@@ -110,8 +109,8 @@ def _look(root: ET.Element, light: Light, reach: float) -> None:
     ET.SubElement(visual, "headlight", glow)
     depth = {"znear": f"{0.02 / reach:g}", "zfar": f"{160 / reach:g}", "haze": "0.2"}
     ET.SubElement(visual, "map", depth, shadowclip="1", shadowscale="0.9")
-    fine = {"offsamples": "0", "numslices": "24", "numstacks": "12"}
-    ET.SubElement(visual, "quality", fine, shadowsize=str(SHADOW_MAP))
+    fine = {"offsamples": "0", "numslices": "20", "numstacks": "8"}
+    ET.SubElement(visual, "quality", fine, shadowsize=str(texels))
     ET.SubElement(visual, "rgba", haze=_numbers((*_lit((0.82, 0.88, 0.93), light.sky), 1.0)))
 
 
@@ -135,7 +134,7 @@ def _ground(world: ET.Element, light: Light, around: Surroundings, reach: float)
     direction = light.direction()
     sun = {"pos": _numbers(-1.5 * reach * direction), "dir": _numbers(direction)}
     sun |= {"diffuse": _numbers(light.sun), "specular": _numbers(0.75 * value for value in light.sun)}
-    ET.SubElement(world, "light", sun, name="sun", type="directional", castshadow="true")
+    ET.SubElement(world, "light", sun, name="sun", directional="true", castshadow="true")
     flat = {"type": "plane", "group": f"{Group.SURROUNDINGS:d}", "contype": "0", "conaffinity": "0"}
     height = _numbers((0.0, 0.0, around.ground_height))
     ET.SubElement(world, "geom", flat, name="ground", size="0 0 1", pos=height, material=around.ground)

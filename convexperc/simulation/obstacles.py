@@ -19,13 +19,13 @@ def crate(width: float, height: float) -> Iterator[Part]:
     beam = min(0.09, 0.2 * min(width, height))
     centre = (0.0, 0.0, height / 2)
     yield box("wood", (width - 0.44 * beam, width - 0.44 * beam, height - 0.44 * beam), centre)
-    edge = width / 2 - beam / 2
+    edge, between = width / 2 - beam / 2, width - 2 * beam
     for a in (-edge, edge):
         for b in (-edge, edge):
             yield box("beam", (beam, beam, height), (a, b, height / 2))
         for z in (beam / 2, height - beam / 2):
-            yield box("beam", (beam, width, beam), (a, 0.0, z))
-            yield box("beam", (width, beam, beam), (0.0, a, z))
+            yield box("beam", (beam, between, beam), (a, 0.0, z))
+            yield box("beam", (between, beam, beam), (0.0, a, z))
     length = hypot(width - beam, height - beam)
     slope = degrees(atan2(height - beam, width - beam))
     yield box("beam", (width - 0.11 * beam, length, beam), centre, (slope, 0.0, 0.0))
@@ -85,7 +85,7 @@ def board(width: float, height: float) -> Iterator[Part]:
     sheet, batten, foot = 0.04 * height, 0.07 * min(width, height), 0.05 * height
     yield box("plywood", (sheet, width, height - foot), (0.0, 0.0, (height + foot) / 2))
     for z in (foot + batten / 2, height - batten / 2):
-        yield box("plywood-edge", (1.5 * sheet, width, batten), (0.0, 0.0, z))
+        yield box("plywood-edge", (1.5 * sheet, width - 2 * batten, batten), (0.0, 0.0, z))
     for y in (-0.5, 0.5):
         upright = (1.5 * sheet, batten, height - foot)
         yield box("plywood-edge", upright, (0.0, y * (width - batten), (height + foot) / 2))

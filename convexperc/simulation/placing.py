@@ -54,6 +54,7 @@ def hiding_obstacle(
         aside = float(random.choice([-1.0, 1.0])) * (half * (1.0 - 2.0 * share) + width / 2)
     tall = 1.06 * top + setting.margin
     solid = width <= setting.widest and near + width / 2 <= distance <= far - width / 2
+    solid = bool(solid and random.random() < 0.75)
     if not solid and not near + setting.thickness / 2 <= distance <= far - setting.thickness / 2:
         return None
     aslant = math.degrees(math.atan2(aside, distance))

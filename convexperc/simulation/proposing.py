@@ -97,7 +97,7 @@ def reference_camera(thing: Model | MeshModel, setting: Setting) -> Camera:
     low, high = setting.lens
     distance = round(setting.distance_of(thing.radius, thing.height), 3)
     height, view = round((low + high) / 2, 3), setting.field_of_view
-    return Camera(azimuth=0.0, distance=distance, height=height, field_of_view=view, noise=1.5)
+    return Camera(azimuth=0.0, distance=distance, height=height, field_of_view=view, noise=setting.noise)
 
 
 def random_light(random: np.random.Generator) -> Light:
@@ -117,7 +117,7 @@ def random_camera(azimuth: float, reference: Camera, setting: Setting, random: n
         pan=round(float(random.uniform(-2.0, 2.0)), 3),
         exposure=round(float(random.normal(0.0, 0.12)), 3),
         blur=round(float(random.uniform(0.0, 0.5)), 3),
-        noise=1.5,
+        noise=setting.noise,
     )
 
 

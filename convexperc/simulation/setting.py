@@ -26,6 +26,8 @@ class Setting:
         Lowest and highest lens, in metres.
     field_of_view : float
         Vertical angle of view of every camera, in degrees.
+    noise : float
+        Standard deviation of every camera's noise, in gray levels.
     distances : tuple of float
         Least and greatest distance in metres from which a reference is taken.
     fill : float
@@ -49,6 +51,7 @@ class Setting:
     robot_reach: float
     lens: tuple[float, float]
     field_of_view: float
+    noise: float
     distances: tuple[float, float]
     fill: float
     solid: ObstacleKind
@@ -72,6 +75,7 @@ LAB = Setting(
     robot_reach=0.2,
     lens=(0.14, 0.3),
     field_of_view=32.0,
+    noise=1.5,
     distances=(0.7, 1.35),
     fill=0.72,
     solid="box",
@@ -90,6 +94,7 @@ PARK = Setting(
     robot_reach=0.9,
     lens=(0.8, 1.25),
     field_of_view=36.0,
+    noise=0.0,
     distances=(5.5, 8.0),
     fill=0.8,
     solid="crate",

@@ -8,7 +8,8 @@ from statistics import median
 
 import numpy as np
 
-from convexperc.recognition import Recognition, Verdict, recognize
+from convexperc.recognition import Recognition, Verdict
+from convexperc.recognizing import recognize
 from convexperc.reduction import Reduction
 from convexperc.solvers.newton import Newton
 from verification.bench.instances import LAMBDAS, Instance, Lambdas, Shape

@@ -18,7 +18,8 @@ from convexperc.features import FeatureConfiguration
 from convexperc.features.extraction import extract
 from convexperc.images import resize
 from convexperc.perception import Named, References, perceive, sample_scene
-from convexperc.recognition import Verdict, recognize
+from convexperc.recognition import Verdict
+from convexperc.recognizing import recognize
 from verification.bench.instances import LAMBDAS, Lambdas
 
 SIZE = (240, 320)

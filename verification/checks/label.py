@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc import recognition
+from convexperc import recognizing
 from convexperc.problem import Problem
 from convexperc.recognition import Recognition, Verdict
 from verification import referee
@@ -16,7 +16,7 @@ from verification.evidence import Outcome
 from verification.oracles import Enclosure
 from verification.sources import Source
 
-PARTS = ("R1/separated", "B4/label", "B4/tie")
+PARTS = ("R1/separated", "B4/label", "B4/share", "B4/tie")
 FRESH, COPY, SWAPPED = "another template", "the same again", "two columns of equal data exchanged"
 NEGATED = "the first one negated"
 """Its optimum is that of the first one, at (-w, -u): no interval can separate them, and no order either."""
@@ -36,13 +36,16 @@ def observe(problem: Problem, source: Source) -> Iterator[Observation]:
     library = _drawn(problem, source)
     posed = library.problem
     lambda1, lambda2, lambda3 = posed.lambdas
-    found = recognition.recognize(
+    found = recognizing.recognize(
         posed.X, np.stack(library.templates).T, modalities=posed.modalities,
         lambda1=lambda1, lambda2=lambda2, lambda3=lambda3,
     )  # fmt: skip
     values = [referee.optimum(posed.for_template(o)).value for o in library.templates]
     yield _separated(found, values, [squares(exact(o)) for o in library.templates])
     yield _label(found, values)
+    yield _share(
+        found, [_quotient(v, squares(exact(o))) for v, o in zip(values, library.templates, strict=True)]
+    )
     yield _tie(found, library.twins)
 
 
@@ -100,6 +103,22 @@ def _label(found: Recognition, values: list[Enclosure]) -> Observation:
     below = [k for k in range(len(values)) if k != j and values[k].upper < values[j].lower]
     detail = f"{found.label} is proved, but F* = {[number(v.upper) for v in values]}"
     return Observation.of("B4/label", not below, float(len(below)), detail)
+
+
+def _quotient(value: Enclosure, square: Fraction) -> tuple[Fraction, Fraction]:
+    """Bounds of F* / ||o||^2; 1 of a template of length 0."""
+    return (value.lower / square, value.upper / square) if square else (Fraction(1), Fraction(1))
+
+
+def _share(found: Recognition, left: list[tuple[Fraction, Fraction]]) -> Observation:
+    """The same answers decided by the explained share."""
+    again = recognizing.decided_by(found, "explained share")
+    j = _place(again)
+    if j is None:
+        return Observation("B4/share", Outcome.SKIPPED, detail=f"no label: {again.verdict.value}")
+    below = [k for k in range(len(left)) if k != j and left[k][1] < left[j][0]]
+    detail = f"{again.label} is proved, but F* / ||o||^2 = {[number(high) for _, high in left]}"
+    return Observation.of("B4/share", not below, float(len(below)), detail)
 
 
 def _tie(found: Recognition, twins: tuple[int, ...]) -> Observation:

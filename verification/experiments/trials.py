@@ -6,12 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc import recognize
+from convexperc import recognize_path
 from convexperc.decision import Decision
-from convexperc.projection import Projection
-from convexperc.race import narrow, race
-from convexperc.recognition import Recognition, Verdict, decide
-from convexperc.run import Run
+from convexperc.recognition import Recognition, Verdict
 from verification.experiments.design import BOTH, GRID, SETTINGS, Design, Pair
 from verification.experiments.pictures import Layout
 from verification.experiments.subsets import Subset, drawn, of_grid
@@ -20,7 +17,8 @@ Floats = NDArray[np.float64]
 
 KINDS = ("right", "wrong", "tie", "undecided")
 TOLERANCE = 1e-6
-"""Relative gap of the best template that a label is first tried with; its proof does not depend on it."""
+"""Relative gap to which the best template is certified.
+A label is proved by disjoint intervals, whatever this is."""
 SAME = 1e-9
 """Relative difference of lengths that rounding explains."""
 RIGHT, WRONG, TIE, UNDECIDED = range(4)
@@ -197,29 +195,14 @@ def _outcomes(
 def recognitions(
     X: Floats, known: Known, pairs: Iterable[Pair], decision: Decision = Decision.OBJECTIVE
 ) -> Iterator[Recognition]:
-    """Recognise one set of views under each (lambda2, lambda3), as `recognize` does.
-
-    The data are read once, and no answer is made better, or certified, than a proof of the label needs; a
-    verdict that is open is left to `recognize`, which narrows the intervals.
-    """
-    projection = Projection.of(X, known.O, known.sizes)
-    robots = tuple(f"robot {number}" for number in range(1, len(X) + 1))
-    for lambda2, lambda3 in pairs:
-        run = Run.of(projection, (known.lambda1, lambda2, lambda3), TOLERANCE, TOLERANCE)
-        narrow(run, decision)
-        lower, upper = run.costs(decision)
-        if np.count_nonzero(lower <= upper.min()) > 1:
-            race(run, decision)
-        found = decide(run.answers(), known.names, robots, decision)
-        if found.verdict is Verdict.UNDECIDED:
-            found = recognize(
-                X,
-                known.O,
-                names=known.names,
-                modalities=known.sizes,
-                lambda1=known.lambda1,
-                lambda2=lambda2,
-                lambda3=lambda3,
-                decision=decision,
-            )
-        yield found
+    """Recognise one set of views under each (lambda2, lambda3); the data are read once."""
+    grid = ((known.lambda1, lambda2, lambda3) for lambda2, lambda3 in pairs)
+    return recognize_path(
+        X,
+        known.O,
+        grid,
+        modalities=known.sizes,
+        names=known.names,
+        decision=decision,
+        relative_tolerance=TOLERANCE,
+    )

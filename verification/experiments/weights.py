@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from convexperc import solve_many
 from convexperc.errors import SolverError
+from convexperc.solution import Status
 from verification.experiments.design import BOTH, GOOD_VIEWS
 from verification.experiments.pictures import Layout
 from verification.experiments.trials import Known
@@ -48,7 +49,7 @@ def weigh(layout: Layout, X: Floats, known: Known, wanted: frozenset[str] = froz
     Raises
     ------
     SolverError
-        An answer is not certified.
+        An answer is not certified, nor its optimum enclosed.
     """
     w, norms, u = [], [], []
     lambda2, lambda3 = BOTH
@@ -62,9 +63,11 @@ def weigh(layout: Layout, X: Floats, known: Known, wanted: frozenset[str] = froz
             lambda3=lambda3,
             modalities=known.sizes,
         )
-        if not answers.certified[0]:
+        if answers.status(0) is Status.NOT_CERTIFIED:
             gap = float(answers.gap[0])
-            raise SolverError(f"weights of {scene.name}", value=gap, must="must be certified")
+            raise SolverError(
+                f"weights of {scene.name}", value=gap, must="must be certified, or the optimum enclosed"
+            )
         w.append(np.where(answers.zero_views[0], 0.0, answers.w[0]))
         norms.append(np.where(answers.zero_modalities[0], 0.0, answers.modality_norms[0]))
         if scene.name in wanted:

@@ -4,14 +4,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from convexperc import recognition
+from convexperc import recognizing
 from convexperc.recognition import Recognition, Verdict
-from verification.faults.fault import Fault, Plant, wrapped
+from verification.faults.fault import Fault, Plant, replaced, wrapped
 
 
 def decided(change: Callable[[Recognition], Recognition]) -> Plant:
     """Change the verdict of a recognition."""
-    return wrapped(recognition, "decide", lambda found, *a: change(found))
+    return wrapped(recognizing, "decide", lambda found, *a: change(found))
 
 
 def called(kind: Verdict) -> Callable[[Any], Any]:
@@ -49,13 +49,18 @@ def _halved(found: Any) -> Any:
 
 
 LABEL = (
-    Fault("a proved label exchanged", "B4/label", decided(_swapped_label), also=("B4/tie",)),
-    Fault("the highest optimum for the lowest", "B4/label", decided(_highest), also=("B4/tie",)),
+    Fault("a proved label exchanged", "B4/label", decided(_swapped_label), also=("B4/tie", "B4/share")),
+    Fault("the highest optimum for the lowest", "B4/label", decided(_highest), also=("B4/tie", "B4/share")),
     Fault(
         "identical templates told apart by their order",
         "B4/tie",
         decided(called(Verdict.TIE)),
-        also=("R1/separated", "B4/label"),
+        also=("R1/separated", "B4/label", "B4/share"),
+    ),
+    Fault(
+        "the objective decides where the explained share was asked for",
+        "B4/share",
+        replaced(recognizing, "cost_bounds", lambda answers, decision: (answers.lower, answers.upper)),
     ),
     Fault("a tie without one of its candidates", "B4/tie", decided(_halved)),
     Fault("a lowest template called a tie", "R1/separated", decided(_called_tie)),
@@ -63,6 +68,6 @@ LABEL = (
         "undecided called proved",
         "R1/separated",
         decided(called(Verdict.UNDECIDED)),
-        also=("B4/tie", "B4/label"),
+        also=("B4/tie", "B4/label", "B4/share"),
     ),
 )

@@ -1,0 +1,96 @@
+"""The command ``convexperc simulate``."""
+
+import importlib.util
+import json
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from convexperc.cli import app
+from convexperc.simulation import RED_CAR, backends, scene_of_record
+
+
+def run(*arguments: object):
+    return CliRunner().invoke(app, ["simulate", *map(str, arguments)])
+
+
+def test_help_loads_neither_numpy_nor_mujoco():
+    program = (
+        "import sys\nfrom convexperc.cli import app\n"
+        "try:\n    app(['simulate', 'physical', '--help'])\n"
+        "except SystemExit as end:\n    assert end.code == 0\n"
+        "print('loaded:', [name for name in ('numpy', 'mujoco', 'cv2', 'joblib') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.stdout.endswith("loaded: []\n"), done
+
+
+def test_an_example_can_be_changed_drawn_and_recognised(opengl, tmp_path):
+    printed = run("example", "red-car")
+    assert printed.exit_code == 0
+    record = json.loads(printed.stdout)
+    assert scene_of_record(record, "printed") == RED_CAR
+    record |= {"robots": record["robots"][:2], "name": "two-robots"}
+    (tmp_path / "scene.json").write_text(json.dumps(record))
+    drawn = run("scene", tmp_path / "scene.json", tmp_path / "out", "--width", 64, "--height", 48)
+    assert drawn.exit_code == 0, drawn.output
+    assert drawn.stdout.startswith("3 views and references with masks of 1 scenes in"), drawn.stdout
+    assert "drew 3 of them in" in drawn.stdout
+    views = tmp_path / "out" / "views" / "two-robots"
+    assert sorted(path.name for path in views.iterdir()) == ["robot-1.png", "robot-2.png"]
+
+
+def test_a_data_set_is_drawn_and_the_command_to_try_works(opengl, tmp_path):
+    arguments = [
+        "case-study",
+        tmp_path / "set",
+        "--scenes",
+        1,
+        "--workers",
+        1,
+        "--objects",
+        "red-car,ica-sign",
+    ]
+    arguments += ["--width", 64, "--height", 48]
+    done = run(*arguments)
+    assert done.exit_code == 0, done.output
+    assert "12 views and references with masks of 2 scenes" in done.stdout
+    again = run(*arguments)
+    assert "all of them were there already" in again.stdout
+    tried = done.stdout.splitlines()[-1].removeprefix("try: convexperc ").split()
+    assert tried[0] == "recognize"
+    found = CliRunner().invoke(app, [str(part) for part in tried])
+    assert found.exit_code in (0, 1), found.output
+    assert "Ranking by robot for" in found.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["physical", "{}", "--objects", "unicorn"], "objects must be among red-car"),
+        (["physical", "{}", "--scenes", 0], "scenes must lie in"),
+        (["physical", "{}", "--width", 8], "size must be at least 32 pixels a side"),
+        (["physical", "{}", "--seed", -1], "seed must lie in"),
+        (["case-study", "{}", "--meshes", "{}/absent"], "must be a readable folder"),
+        (["scene", "{}/absent.json", "{}/out"], "must be a readable JSON file"),
+    ],
+)
+def test_bad_input_ends_with_2_and_writes_nothing(opengl, tmp_path, arguments, message):
+    target = tmp_path / "target"
+    done = run(*(str(part).replace("{}", str(target)) for part in arguments))
+    assert done.exit_code == 2, done.output
+    assert message in done.stderr, done.stderr
+    assert not target.exists()
+
+
+def test_without_a_library_the_command_names_the_packages(monkeypatch, tmp_path):
+    monkeypatch.setattr(backends.ctypes.util, "find_library", lambda name: None)
+    monkeypatch.setenv("MUJOCO_GL", "")
+    done = run("physical", tmp_path / "set")
+    if importlib.util.find_spec("mujoco") is None:
+        assert (done.exit_code, "convexperc[sim]" in done.stderr) == (2, True), done.stderr
+    else:
+        assert (done.exit_code, "apt-get install" in done.stderr) == (1, True), done.stderr
+    assert not (tmp_path / "set").exists()
