@@ -107,7 +107,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         str | None, typer.Option(metavar="NAME", help="Scene of the sample; its first one without.")
     ] = None,
     lambda1: Annotated[float, typer.Option(help="Weight of the coupling of views and features.")] = 0.1,
-    lambda2: Annotated[float, typer.Option(help="Weight of the selection of views.")] = 0.1,
+    lambda2: Annotated[float, typer.Option(help="Weight of the selection of views.")] = 1.0,
     lambda3: Annotated[float, typer.Option(help="Weight of the selection of modalities.")] = 0.1,
     decide: Annotated[
         DecisionName,

@@ -120,6 +120,17 @@ def _set(name, number, columns, outcomes, rng):
         "readings": readings,
         "default": _default(readings[0], columns, rng),
         "limits": _limits(),
+        "rankings": [
+            {
+                "lambdas": [l2, l3],
+                "visible": 0.4,
+                "full": 192,
+                "proved zero": 90,
+                "negative": 0.1,
+                "three": 0.7,
+            }
+            for l2, l3 in ((0.0, 0.0), (0.1, 0.1), (1.0, 0.1))
+        ],
     }
 
 

@@ -20,6 +20,7 @@ from verification.experiments.design import Design
 from verification.experiments.features import Store, blocks
 from verification.experiments.journal import Journal
 from verification.experiments.pictures import PictureSet
+from verification.experiments.rankings import rankings
 from verification.experiments.readings import first, fraction
 from verification.experiments.record import SCHEMA, sound
 from verification.experiments.run import run
@@ -159,6 +160,23 @@ def test_features_are_those_of_the_library(cache: Path, tmp_path: Path) -> None:
         assert np.array_equal(found[[0, 9]], extract(shown, reading.features)), reading
     assert len({store.place(block) for each in fraction() for block in blocks(each)}) == 32
     assert not Store.of(tmp_path, pictures).known(blocks(READINGS[0])[0])
+
+
+def test_rankings_agree_with_what_the_claims_measured_at_the_same_lambdas(
+    unbroken: Mapping[str, Any], cache: Path
+) -> None:
+    found = unbroken["sets"][0]
+    by_lambdas = {tuple(each["lambdas"]): each for each in found["rankings"]}
+    paper = by_lambdas[0.1, 0.1]
+    assert paper["visible"] == found["limits"]["visible"]["default"]
+    share = found["readings"][0]["claims"]["X1/stated"]["statistic"] + 0.8
+    assert paper["three"] == pytest.approx(share, abs=1e-5)
+    hidden = [v.obstruction == "full" for s in collection().physical.layout.scenes for v in s.views]
+    assert {each["full"] for each in by_lambdas.values()} == {sum(hidden)}
+    assert by_lambdas[0.0, 0.0]["proved zero"] <= paper["proved zero"] <= sum(hidden)
+    parts = collection().parts(cache)
+    again = rankings(*parts, READINGS[0])
+    assert again == found["rankings"]
 
 
 # ---------- the command

@@ -22,6 +22,7 @@ SCHEMA = Path(__file__).with_name("record.schema.json")
 def record(
     collections: Sequence[Collection],
     measured: Mapping[str, Sequence[Mapping[str, Any]]],
+    ranked: Mapping[str, Sequence[Mapping[str, Any]]],
     design: Design,
     volatile: Mapping[str, Any],
 ) -> dict[str, Any]:
@@ -32,6 +33,8 @@ def record(
     collections : sequence of Collection
     measured : mapping of str to sequence of mapping
         By the collection's name: what `evaluate` gave for each reading, the default first.
+    ranked : mapping of str to sequence of mapping
+        By the collection's name: its `rankings`.
     design : Design
     volatile : mapping
         What may differ between two runs of the same seed; it is not part of the digest.
@@ -40,7 +43,7 @@ def record(
     data = {
         "format": FORMAT,
         "design": design.as_json() | {"factors": factors},
-        "sets": [_set(each, measured[each.name]) for each in collections],
+        "sets": [_set(each, measured[each.name], ranked[each.name]) for each in collections],
     }
     environment = {"machine": machine(), "versions": versions()}
     return data | {"digest": digest(data), "volatile": dict(volatile) | {"environment": environment}}
@@ -59,12 +62,15 @@ def write_record(folder: Path, data: Mapping[str, Any]) -> Path:
     return place
 
 
-def _set(collection: Collection, measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _set(
+    collection: Collection, measured: Sequence[Mapping[str, Any]], ranked: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
     readings = [each["reading"] for each in measured]
     return dict(collection.as_json()) | {
         "claims": {part: survey(readings, part) for part in CLAIMS},
         "readings": readings,
         "default": measured[0]["default"],
+        "rankings": list(ranked),
         "limits": summary(readings, [each["limits"] for each in measured]),
     }
 

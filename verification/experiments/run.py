@@ -14,6 +14,7 @@ from verification.experiments.evaluation import Task, evaluate
 from verification.experiments.features import prepare
 from verification.experiments.journal import Journal
 from verification.experiments.provenance import of_everything
+from verification.experiments.rankings import rankings
 from verification.experiments.readings import Reading
 from verification.experiments.record import record
 
@@ -76,7 +77,8 @@ def run(
     each_took = {timed.name: timed.seconds for timed in found.values() if timed.seconds is not None}
     seconds["readings"] = sum(each_took.values())
     measured = {each.name: [found[f"{each.name}-{r.id}"].found for r in readings] for each in collections}
-    return record(collections, measured, design, {"seconds": seconds, "workers": workers})
+    ranked = {each.name: rankings(*each.parts(cache), readings[0]) for each in collections}
+    return record(collections, measured, ranked, design, {"seconds": seconds, "workers": workers})
 
 
 def _head(collection: Collection, design: Design) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from convexperc import solve_many
 from convexperc.errors import SolverError
 from convexperc.solution import Status
-from verification.experiments.design import BOTH, GOOD_VIEWS
+from verification.experiments.design import BOTH, GOOD_VIEWS, Pair
 from verification.experiments.pictures import Layout
 from verification.experiments.trials import Known
 
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weights:
-    """Of every scene, all views together, lambda2 = lambda3 = 0.1, for the true object's reference.
+    """Of every scene, all views together, for the true object's reference.
 
     Attributes
     ----------
@@ -35,7 +35,9 @@ class Weights:
     u: tuple[Floats, ...]
 
 
-def weigh(layout: Layout, X: Floats, known: Known, wanted: frozenset[str] = frozenset()) -> Weights:
+def weigh(
+    layout: Layout, X: Floats, known: Known, wanted: frozenset[str] = frozenset(), pair: Pair = BOTH
+) -> Weights:
     """Solve every scene for its own object.
 
     Parameters
@@ -45,6 +47,8 @@ def weigh(layout: Layout, X: Floats, known: Known, wanted: frozenset[str] = froz
     known : Known
     wanted : set of str
         Names of the scenes whose `u` is kept.
+    pair : (float, float)
+        lambda2, lambda3.
 
     Raises
     ------
@@ -52,7 +56,7 @@ def weigh(layout: Layout, X: Floats, known: Known, wanted: frozenset[str] = froz
         An answer is not certified, nor its optimum enclosed.
     """
     w, norms, u = [], [], []
-    lambda2, lambda3 = BOTH
+    lambda2, lambda3 = pair
     for scene, rows in layout.rows():
         truth = layout.truth(scene)
         answers = solve_many(

@@ -78,6 +78,8 @@ def _blocks(found: Data, sheets: Mapping[str, bytes], whole: bool) -> Iterator[B
     for pictures in sets:
         yield Heading(f"On the {pictures['name']}", 1)
         yield Listing(tuple(advice(pictures, design)))
+        if "rankings" in pictures:
+            yield tables.rankings(pictures)
         if "limits" in pictures:
             yield tables.factors(pictures)
             yield tables.confusion(pictures)

@@ -16,7 +16,18 @@ QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 """Of the readings' accuracy; the ends, nine tenths of them, and the middle."""
 FINEST = 150
 """Strokes of the drawing of u within one modality; more columns share strokes."""
-KEPT = ("name", "digest", "source", "objects", "scenes", "views", "levels", "case_study", "limits")
+KEPT = (
+    "name",
+    "digest",
+    "source",
+    "objects",
+    "scenes",
+    "views",
+    "levels",
+    "case_study",
+    "limits",
+    "rankings",
+)
 
 
 def summary(found: Experiments) -> dict[str, Any]:

@@ -110,6 +110,27 @@ def factors(pictures: Data) -> Table:
     return Table(title, ("level", "score", "tied or undecided"), rows)
 
 
+def rankings(pictures: Data) -> Table:
+    """The ranking of the views at several lambdas."""
+    rows = tuple(
+        (
+            pair(each["lambdas"]),
+            number(each["visible"]),
+            f"{each['proved zero']} of {each['full']}",
+            percent(each["negative"]),
+            percent(each["three"]),
+        )
+        for each in pictures["rankings"]
+    )
+    title = (
+        f"{name_of(pictures)}: the ranking of the views, default reading: Kendall's tau-b of |w| and the"
+        " visible share; hidden views that no optimum uses, by proof; weights below 0; scenes of the case"
+        " study in which the three good views come first"
+    )
+    head = ("(lambda2, lambda3)", "tau-b", "hidden, proved 0", "w < 0, %", "three first, %")
+    return Table(title, head, rows)
+
+
 def confusion(pictures: Data) -> Table:
     """Proved labels by object."""
     found = pictures["limits"]["confusion"]

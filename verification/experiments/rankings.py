@@ -1,0 +1,70 @@
+"""What the weights of the views are worth at other lambdas than the paper's, under the default reading."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import kendalltau
+
+from verification.experiments.design import Pair
+from verification.experiments.evaluation import Part
+from verification.experiments.numbers import rounded
+from verification.experiments.pictures import Layout
+from verification.experiments.readings import Reading
+from verification.experiments.weights import chance_that_best_are_good, weigh
+
+Floats = NDArray[np.float64]
+
+CHOICES: tuple[Pair, ...] = ((0.0, 0.0), (0.1, 0.1), (1.0, 0.1))
+"""(lambda2, lambda3): least squares, the paper's, and the library's."""
+
+
+def rankings(physical: Part, study: Part, reading: Reading) -> list[dict[str, Any]]:
+    """Weigh every scene for its own object by each of `CHOICES`.
+
+    Returns
+    -------
+    list of dict
+        "lambdas"; "visible": mean Kendall's tau-b of |w| and the visible share; "full" and "proved zero":
+        views that are hidden, and those of them that no optimum uses, by proof; "negative": share of the
+        weights that are below 0; "three": mean over the case study of the chance that the three good views
+        are ranked first.
+    """
+    X, known = physical.described(reading)
+    views, references = study.described(reading)
+    found = []
+    for pair in CHOICES:
+        w = weigh(physical.layout, X, known, pair=pair).w
+        ranked = weigh(study.layout, views, references, pair=pair).w
+        full = _hidden(physical.layout)
+        found.append(
+            {
+                "lambdas": list(pair),
+                "visible": _followed(physical.layout, w),
+                "full": int(full.sum()),
+                "proved zero": int((w[full] == 0.0).sum()),
+                "negative": rounded((w < 0.0).mean()),
+                "three": _three(study.layout, ranked),
+            }
+        )
+    return found
+
+
+def _hidden(layout: Layout) -> NDArray[np.bool_]:
+    return np.array([[view.obstruction == "full" for view in scene.views] for scene in layout.scenes])
+
+
+def _followed(layout: Layout, w: Floats) -> float | None:
+    """As in `limits`: over the scenes whose views differ in how much is hidden."""
+    found = []
+    for scene, weights in zip(layout.scenes, np.abs(w), strict=True):
+        if len({view.obstruction for view in scene.views}) > 1:
+            found.append(kendalltau(weights, [view.visible_share for view in scene.views]).statistic)
+    defined = np.array(found)[~np.isnan(found)]
+    return float(rounded(defined.mean())) if len(defined) else None
+
+
+def _three(layout: Layout, w: Floats) -> float:
+    good = (np.array([view.good for view in scene.views]) for scene in layout.scenes)
+    chances = [chance_that_best_are_good(each, those) for each, those in zip(w, good, strict=True)]
+    return float(rounded(np.mean(chances)))
