@@ -80,7 +80,9 @@ def write_folder(folder: Path, pictures: PictureSet) -> Path:
         for view, number in zip(scene.views, range(rows.start, rows.stop), strict=True):
             known = {"visible_share": view.visible_share, "obstruction": view.obstruction, "azimuth": 0.0}
             views.append({"name": view.name} | known | stored(f"views/{scene.name}/{view.name}", number))
-        scenes.append({"name": scene.name, "object": scene.object, "level": scene.level, "views": views})
+        above = stored(f"overhead/{scene.name}", rows.start)
+        entry = {"overhead": above["file"], "overhead_sha256": above["sha256"], "views": views}
+        scenes.append({"name": scene.name, "object": scene.object, "level": scene.level} | entry)
     manifest = {"format": 1, "set": layout.name, "seed": 0, "references": references, "scenes": scenes}
     (folder / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
     return folder
