@@ -164,7 +164,7 @@ def test_a_report_says_what_it_found(good):
         "python -m verification replay t1a-printed-gauss-seidel",
         "python -m verification report --profile quick --seed 0",
         "hypotheses: none; negation unsatisfiable",
-        "30 claims in 91 formal parts",
+        "30 claims in 92 formal parts",
         "Every verdict is the one that the baseline expects",
         "numpy2.0.0",
         "7/250",
