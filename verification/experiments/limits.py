@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.stats import kendalltau
 
 from verification.experiments.claims import Measured
 from verification.experiments.design import BOTH, SETTINGS
@@ -12,6 +11,7 @@ from verification.experiments.multiverse import level_name
 from verification.experiments.numbers import rounded
 from verification.experiments.readings import FACTORS
 from verification.experiments.trials import WRONG, Known
+from verification.experiments.weights import followed
 
 Entry = Mapping[str, Any]
 
@@ -42,20 +42,10 @@ def limits(measured: Measured, known: Known, explained: float) -> dict[str, Any]
         "wrong": wrong.sum(axis=(0, 2, 3)).tolist(),
         "shortest": None if known.shortest is None else counts,
         "explained": rounded(explained),
-        "visible": _visible(measured),
+        "visible": followed(measured.layout, measured.weights.w),
         "grid open": rounded(measured.trials.grid.open.mean(axis=(0, 3))),
         "confusion": _confusion(measured),
     }
-
-
-def _visible(measured: Measured) -> float | None:
-    found = []
-    for scene, w in zip(measured.layout.scenes, np.abs(measured.weights.w), strict=True):
-        shares = [view.visible_share for view in scene.views]
-        if len({view.obstruction for view in scene.views}) > 1:
-            found.append(kendalltau(w, shares).statistic)
-    defined = np.array(found)[~np.isnan(found)]
-    return rounded(defined.mean()) if len(defined) else None
 
 
 def _confusion(measured: Measured) -> dict[str, Any]:

@@ -4,14 +4,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import kendalltau
 
 from verification.experiments.design import Pair
 from verification.experiments.evaluation import Part
 from verification.experiments.numbers import rounded
 from verification.experiments.pictures import Layout
 from verification.experiments.readings import Reading
-from verification.experiments.weights import chance_that_best_are_good, weigh
+from verification.experiments.weights import chance_that_best_are_good, followed, weigh
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +39,7 @@ def rankings(physical: Part, study: Part, reading: Reading) -> list[dict[str, An
         found.append(
             {
                 "lambdas": list(pair),
-                "visible": _followed(physical.layout, w),
+                "visible": followed(physical.layout, w),
                 "full": int(full.sum()),
                 "proved zero": int((w[full] == 0.0).sum()),
                 "negative": rounded((w < 0.0).mean()),
@@ -52,16 +51,6 @@ def rankings(physical: Part, study: Part, reading: Reading) -> list[dict[str, An
 
 def _hidden(layout: Layout) -> NDArray[np.bool_]:
     return np.array([[view.obstruction == "full" for view in scene.views] for scene in layout.scenes])
-
-
-def _followed(layout: Layout, w: Floats) -> float | None:
-    """As in `limits`: over the scenes whose views differ in how much is hidden."""
-    found = []
-    for scene, weights in zip(layout.scenes, np.abs(w), strict=True):
-        if len({view.obstruction for view in scene.views}) > 1:
-            found.append(kendalltau(weights, [view.visible_share for view in scene.views]).statistic)
-    defined = np.array(found)[~np.isnan(found)]
-    return float(rounded(defined.mean())) if len(defined) else None
 
 
 def _three(layout: Layout, w: Floats) -> float:

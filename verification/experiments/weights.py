@@ -5,11 +5,13 @@ from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import kendalltau
 
 from convexperc import solve_many
 from convexperc.errors import SolverError
 from convexperc.solution import Status
 from verification.experiments.design import BOTH, GOOD_VIEWS, Pair
+from verification.experiments.numbers import rounded
 from verification.experiments.pictures import Layout
 from verification.experiments.trials import Known
 
@@ -94,6 +96,27 @@ def chance_that_best_are_good(w: Floats, good: NDArray[np.bool_]) -> float:
     if (above & ~good).any() or (good & ~(above | equal)).any():
         return 0.0
     return 1.0 / comb(int(equal.sum()), GOOD_VIEWS - int(above.sum()))
+
+
+def followed(layout: Layout, w: Floats) -> float | None:
+    """Mean Kendall's tau-b of |w| and the visible share, over the scenes whose views differ in obstruction.
+
+    Parameters
+    ----------
+    layout : Layout
+    w : float64 (scenes, views)
+
+    Returns
+    -------
+    float or None
+        None where it is defined in no scene.
+    """
+    found = []
+    for scene, weights in zip(layout.scenes, np.abs(w), strict=True):
+        if len({view.obstruction for view in scene.views}) > 1:
+            found.append(kendalltau(weights, [view.visible_share for view in scene.views]).statistic)
+    defined = np.array(found)[~np.isnan(found)]
+    return float(rounded(defined.mean())) if len(defined) else None
 
 
 def by_rank(w: Floats, values: Floats) -> Floats:
