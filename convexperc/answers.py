@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from convexperc.arrays import FeatureVector
+from convexperc.lasso_bounds import is_lasso
 from convexperc.problem import Problem
 from convexperc.projection import Projection
 from convexperc.scaling import Scaling
@@ -195,7 +196,7 @@ class _Known:
         w, u = scaling.point(np.array(found.w[self.j]), found.u(self.j))
         shift = int(found.projection.exponents[self.j]) + found.projection.x - scaling.x - scaling.o
         b = np.ldexp(-2.0 * found.batch.Q[self.j], shift)
-        if found.lambdas[0] == 0.0 or found.lambdas[2] == 0.0:
+        if is_lasso(found.lambdas):
             b[:] = 0.0
         dual = 2.0 * (problem.X.T @ w - problem.o), b
         return Candidate(w, u, "stopped", int(found.batch.iterations[self.j]), dual)

@@ -77,6 +77,11 @@ class Distinct:
         return np.ascontiguousarray((W / self.counts)[:, self.place])
 
 
+def is_lasso(lambdas: tuple[float, float, float]) -> bool:
+    """Whether the coupling costs nothing, so that F* is that of a lasso where the views are independent."""
+    return lambdas[0] == 0.0 or lambdas[2] == 0.0
+
+
 def _floor(shared: Shared) -> float:
     """Bound lambda_min(X X') by that of G and the roundings in G: ||E||_2 <= gamma sum_j ||x_j||^2."""
     n = shared.rows.size

@@ -93,20 +93,14 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     -----
     Paper: Algorithm 1, line 9 and its return: the label is the category with the lowest objective.
     """
-    if isinstance(references, Mapping):
-        names, references = tuple(references), _columns(X, references)
     lambdas, rule = read_lambdas(lambda1, lambda2, lambda3), Decision.of(decision)
-    projection = Projection.of(X, references, modalities)
-    robots = _names(views, projection.C.shape[1], "robot", "views", "rows of X")
-    objects = _names(names, projection.p, "object", "names", "columns")
+    projection, objects, robots = _read(X, references, modalities, names, views)
     tolerances = relative_tolerance, absolute_tolerance
     run = Run.of(projection, lambdas, *tolerances, None if start is None else start.answers)
     if solver is not None:
         run.fall_back(np.arange(len(objects)), solver, escalate=escalate)
-    elif prune:
-        race(run, rule)
     else:
-        run.finish()
+        _solve(run, rule, prune=prune)
     if progress is not None:
         for name in objects:
             progress(name)
@@ -140,18 +134,31 @@ def recognize_path(
     ProblemError, ModalityError
         See `recognize`.
     """
-    if isinstance(references, Mapping):
-        names, references = tuple(references), _columns(X, references)
-    rule, projection = Decision.of(decision), Projection.of(X, references, modalities)
-    robots = _names(views, projection.C.shape[1], "robot", "views", "rows of X")
-    objects = _names(names, projection.p, "object", "names", "columns")
+    rule = Decision.of(decision)
+    projection, objects, robots = _read(X, references, modalities, names, views)
     for triple in grid:
         run = Run.of(projection, read_lambdas(*triple), relative_tolerance, absolute_tolerance)
-        if prune:
-            race(run, rule)
-        else:
-            run.finish()
+        _solve(run, rule, prune=prune)
         yield _decided(run, objects, robots, rule, escalate=True)
+
+
+def _read(
+    X: Any, references: Any, modalities: Any, names: Sequence[str] | None, views: Sequence[str] | None
+) -> tuple[Projection, tuple[str, ...], tuple[str, ...]]:
+    """The frame, the names of its templates, and those of its robots."""
+    if isinstance(references, Mapping):
+        names, references = tuple(references), _columns(X, references)
+    projection = Projection.of(X, references, modalities)
+    robots = _names(views, projection.C.shape[1], "robot", "views", "rows of X")
+    return projection, _names(names, projection.p, "object", "names", "columns"), robots
+
+
+def _solve(run: Run, rule: Decision, *, prune: bool) -> None:
+    """Every template to the end, or only as far as the label needs."""
+    if prune:
+        race(run, rule)
+    else:
+        run.finish()
 
 
 def _decided(
@@ -290,5 +297,5 @@ def _norm_warning(answers: Answers, names: tuple[str, ...]) -> tuple[str, ...]:
     return (
         f"the norms of the templates differ by more than a factor of {NORM_FACTOR}: {names[short]} has "
         f"{norms[short]:.4g}, {names[long]} has {norms[long]:.4g}. F* <= ||o||^2 favours the short one; "
-        "normalise the features, or decide by the explained share.",
+        "normalise the features.",
     )

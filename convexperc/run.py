@@ -13,7 +13,7 @@ from convexperc.answers import Answers, Stages, within
 from convexperc.arrays import nonnegative_number
 from convexperc.decision import Decision, Intervals, costs
 from convexperc.errors import PointError, ProblemError
-from convexperc.lasso_bounds import judge_merged
+from convexperc.lasso_bounds import is_lasso, judge_merged
 from convexperc.projection import Projection
 from convexperc.reduced_bounds import Bounds, Shared, judge
 from convexperc.solution import Solution
@@ -40,11 +40,6 @@ def read_lambdas(lambda1: Any, lambda2: Any, lambda3: Any) -> Lambdas:
         nonnegative_number(lambda2, "lambda2"),
         nonnegative_number(lambda3, "lambda3"),
     )
-
-
-def _is_lasso(lambdas: Lambdas) -> bool:
-    """Whether the coupling costs nothing, so that F* is that of a lasso; see `convexperc.lasso_bounds`."""
-    return lambdas[0] == 0.0 or lambdas[2] == 0.0
 
 
 class _Values(NamedTuple):
@@ -110,7 +105,7 @@ class Run:
         (p, n), m = projection.C.shape, len(projection.modalities)
         normalised, inside = projection.lambdas(lambdas)
         ready = projection.sound & inside
-        if _is_lasso(lambdas) and not projection.distinct.floor > 0.0:
+        if is_lasso(lambdas) and not projection.distinct.floor > 0.0:
             ready[:] = False
         batch = Batch(np.zeros((p, n)), np.zeros((p, m)), np.zeros((p, n)), np.zeros(p, dtype=np.int64))
         run = cls(
@@ -137,7 +132,7 @@ class Run:
     @property
     def lasso(self) -> bool:
         """Whether the lambdas make a lasso in w of the problem."""
-        return _is_lasso(self.lambdas)
+        return is_lasso(self.lambdas)
 
     def advance(
         self, chosen: Chosen, ceiling: float | None = None, decision: Decision = Decision.OBJECTIVE
