@@ -7,59 +7,59 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from convexperc.answers import Answers
-    from convexperc.certificate import Certificate, certify
-    from convexperc.critical import critical_lambda2, critical_lambda3
-    from convexperc.enclosure import Enclosure, enclose
+    from convexperc.certificate.certificate import Certificate, certify
+    from convexperc.certificate.lambda_max import critical_lambda2, critical_lambda3
+    from convexperc.enclosure.enclosure import Enclosure, enclose
     from convexperc.errors import ConvexpercError
     from convexperc.features import FeatureConfiguration, extract
-    from convexperc.many import solve_many, solve_path
-    from convexperc.modalities import Modalities
-    from convexperc.optimality import optimality_residual
-    from convexperc.perception import References, perceive
-    from convexperc.problem import Problem
-    from convexperc.recognition import Recognition, Verdict
-    from convexperc.recognizing import decided_by, recognize, recognize_path
-    from convexperc.solution import Solution, Status
+    from convexperc.problem.modalities import Modalities
+    from convexperc.problem.optimality import optimality_residual
+    from convexperc.problem.problem import Problem
+    from convexperc.recognition.label import decided_by, recognize, recognize_path
+    from convexperc.recognition.recognition import Recognition, Verdict
+    from convexperc.recognition.references import References, perceive
+    from convexperc.solution.answers import Answers
+    from convexperc.solution.batch import solve_many, solve_path
+    from convexperc.solution.single import solve
+    from convexperc.solution.solution import Solution, Status
+    from convexperc.solution.weights import WeightIntervals, weight_intervals
     from convexperc.solvers.conic import Conic
-    from convexperc.solvers.newton import Newton
-    from convexperc.solvers.qp import Quadratic
-    from convexperc.solving import solve
-    from convexperc.weights import WeightIntervals, weight_intervals
+    from convexperc.solvers.newton.method import Newton
+    from convexperc.solvers.osqp import Quadratic
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Answers": "answers",
-    "Certificate": "certificate",
+    "Answers": "solution.answers",
+    "Certificate": "certificate.certificate",
     "Conic": "solvers.conic",
     "ConvexpercError": "errors",
-    "Enclosure": "enclosure",
+    "Enclosure": "enclosure.enclosure",
     "FeatureConfiguration": "features",
-    "Modalities": "modalities",
-    "Newton": "solvers.newton",
-    "Problem": "problem",
-    "Quadratic": "solvers.qp",
-    "Recognition": "recognition",
-    "References": "perception",
-    "Solution": "solution",
-    "Status": "solution",
-    "Verdict": "recognition",
-    "WeightIntervals": "weights",
-    "certify": "certificate",
-    "critical_lambda2": "critical",
-    "critical_lambda3": "critical",
-    "decided_by": "recognizing",
-    "enclose": "enclosure",
+    "Modalities": "problem.modalities",
+    "Newton": "solvers.newton.method",
+    "Problem": "problem.problem",
+    "Quadratic": "solvers.osqp",
+    "Recognition": "recognition.recognition",
+    "References": "recognition.references",
+    "Solution": "solution.solution",
+    "Status": "solution.solution",
+    "Verdict": "recognition.recognition",
+    "WeightIntervals": "solution.weights",
+    "certify": "certificate.certificate",
+    "critical_lambda2": "certificate.lambda_max",
+    "critical_lambda3": "certificate.lambda_max",
+    "decided_by": "recognition.label",
+    "enclose": "enclosure.enclosure",
     "extract": "features",
-    "optimality_residual": "optimality",
-    "perceive": "perception",
-    "recognize": "recognizing",
-    "recognize_path": "recognizing",
-    "solve": "solving",
-    "solve_many": "many",
-    "solve_path": "many",
-    "weight_intervals": "weights",
+    "optimality_residual": "problem.optimality",
+    "perceive": "recognition.references",
+    "recognize": "recognition.label",
+    "recognize_path": "recognition.label",
+    "solve": "solution.single",
+    "solve_many": "solution.batch",
+    "solve_path": "solution.batch",
+    "weight_intervals": "solution.weights",
 }
 
 __all__ = [

@@ -5,8 +5,8 @@ import sys
 import traceback
 from typing import NoReturn
 
-from convexperc.cli import app
-from convexperc.exits import INTERRUPTED
+from convexperc.cli.exits import INTERRUPTED
+from convexperc.cli.main import app
 
 FAULT = 70
 """EX_SOFTWARE: an exception that nobody foresaw. Python's own 1 would read as "not certified"."""
@@ -15,7 +15,7 @@ FAULT = 70
 def main() -> NoReturn:
     """Run the command line and exit with its code.
 
-    0 proved, 1 not proved, 2 the input cannot be used (`convexperc.cli` says which is which), 70 a fault of
+    0 proved, 1 not proved, 2 the input cannot be used (`convexperc.cli.main` says which is which), 70 a fault of
     the program, with its traceback, 130 interrupted. A reader that closes the pipe ends it by SIGPIPE.
     """
     if hasattr(signal, "SIGPIPE"):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from convexperc.certificate import certify
+from convexperc.certificate.certificate import certify
 from verification.bench.floor import Growth, frame_times
 from verification.bench.growth_plot import growth_plot
 from verification.bench.instances import LAMBDAS, SHAPES, TINY, Instance

@@ -8,13 +8,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rational import objective_bounds, smallest_scalar
 
-from convexperc.certificate import ENOUGH, Judge, certify
-from convexperc.duality import dual_value
-from convexperc.frame import Frame
-from convexperc.problem import Problem
-from convexperc.scaling import Scaling
+from convexperc.certificate.certificate import ENOUGH, Judge, certify
+from convexperc.certificate.duality import dual_value
+from convexperc.certificate.frame import Frame
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+from convexperc.solution.single import solve
 from convexperc.solvers.conic import Conic
-from convexperc.solving import solve
 
 
 def posed(X, o, lambdas, modalities=None):

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from rational import objective_bounds
 
-from convexperc.certificate import certify
+from convexperc.certificate.certificate import certify
 from convexperc.errors import PointError
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 
 
 def posed(X, o, lambdas, modalities=None):

@@ -15,19 +15,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-import convexperc.perception
-import convexperc.solvers.newton
-from convexperc.cli import app
+import convexperc.recognition.references
+import convexperc.solvers.newton.method
+from convexperc.cli.main import app
 from convexperc.errors import SolverError
 from convexperc.features import FeatureConfiguration
-from convexperc.problem import Problem
-from convexperc.recognition import Verdict
-from convexperc.recognizing import decide
-from convexperc.records import problem_record, write_json
-from convexperc.solution import Candidate
+from convexperc.problem.problem import Problem
+from convexperc.recognition.label import decide
+from convexperc.recognition.recognition import Verdict
+from convexperc.report.records import problem_record, write_json
+from convexperc.report.tables import above, below
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Candidate
 from convexperc.solvers.conic import Conic
-from convexperc.solving import solve
-from convexperc.tables import above, below
 
 QUICK = FeatureConfiguration(
     working_size=(32, 32), color_bins=8, hog_pixels_per_cell=(8, 8), lbp_points=8, lbp_radius=1.0, lbp_bins=10
@@ -197,14 +197,14 @@ def test_a_tie_is_exit_1_with_its_reason(folders, tmp_path):
 
 @pytest.mark.parametrize(("doubtful", "code"), [("disc", 1), ("stripes", 0)])
 def test_a_label_whose_own_answer_is_not_certified_is_exit_1(folders, monkeypatch, doubtful, code):
-    real = convexperc.perception.perceive
+    real = convexperc.recognition.references.perceive
 
     def half_certified(*args, **options):
         found = real(*args, **options)
         gap = np.where(np.array(found.names) == doubtful, 1.0, found.answers.gap)
         return decide(replace(found.answers, gap=gap), found.names, found.views)
 
-    monkeypatch.setattr(convexperc.perception, "perceive", half_certified)
+    monkeypatch.setattr(convexperc.recognition.references, "perceive", half_certified)
     result = expect(code, run(*recognize_arguments(folders)))
     assert "label    disc" in result.stdout, result.stdout
     assert "1 of 2 have a certified answer" in result.stdout, result.stdout
@@ -213,7 +213,7 @@ def test_a_label_whose_own_answer_is_not_certified_is_exit_1(folders, monkeypatc
 
 
 def test_recognize_wants_one_source_and_sound_options(folders, tmp_path, monkeypatch):
-    monkeypatch.setattr(convexperc.perception, "perceive", pytest.fail)
+    monkeypatch.setattr(convexperc.recognition.references, "perceive", pytest.fail)
     for arguments in (
         ("recognize",),
         ("recognize", "--references", folders),
@@ -241,7 +241,7 @@ def test_a_solver_that_gives_up_certifies_nothing(answered, monkeypatch):
     def give_up(*_):
         raise SolverError("newton", value="no point", must="must return a point")
 
-    monkeypatch.setattr(convexperc.solvers.newton.Newton, "candidate", give_up)
+    monkeypatch.setattr(convexperc.solvers.newton.method.Newton, "candidate", give_up)
     assert "no point" in expect(1, run("solve", answered[0], "--no-escalate")).stderr
     assert "failed: no point" in " ".join(expect(0, run("solve", answered[0])).stdout.split())
 
@@ -250,7 +250,7 @@ def test_a_poor_answer_of_a_confident_solver_is_exit_1(answered, monkeypatch):
     def guess(_, problem):
         return Candidate(np.ones(problem.n), np.ones(problem.d), "optimal, honestly", 1)
 
-    monkeypatch.setattr(convexperc.solvers.newton.Newton, "candidate", guess)
+    monkeypatch.setattr(convexperc.solvers.newton.method.Newton, "candidate", guess)
     result = expect(1, run("solve", answered[0], "--no-escalate"))
     assert "status   NOT CERTIFIED" in result.stdout, result.stdout
     assert "its own word, not relied on: optimal, honestly" in result.stdout, result.stdout
@@ -297,7 +297,7 @@ def test_help_does_not_load_the_slow_libraries():
 
 
 def test_a_fault_of_the_program_is_70_with_its_traceback(answered):
-    code = "import convexperc.problem_files\nconvexperc.problem_files.read_problem = lambda path: 1 / 0"
+    code = "import convexperc.problem.files\nconvexperc.problem.files.read_problem = lambda path: 1 / 0"
     done = child(code, "solve", answered[0])
     assert done.returncode == 70, done
     assert "Traceback" in done.stderr
@@ -307,9 +307,9 @@ def test_a_fault_of_the_program_is_70_with_its_traceback(answered):
 
 def test_an_interruption_is_130_without_a_traceback(answered):
     code = (
-        "import convexperc.problem_files, os, signal\n"
+        "import convexperc.problem.files, os, signal\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job starts without it\n"
-        "convexperc.problem_files.read_problem = lambda path: os.kill(os.getpid(), signal.SIGINT)"
+        "convexperc.problem.files.read_problem = lambda path: os.kill(os.getpid(), signal.SIGINT)"
     )
     done = child(code, "solve", answered[0])
     assert (done.returncode, done.stderr) == (130, "interrupted\n"), done

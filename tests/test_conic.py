@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from convexperc.errors import SolverError
-from convexperc.objective import objective
-from convexperc.problem import Problem
-from convexperc.scaling import Scaling
+from convexperc.problem.formulation import objective
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+from convexperc.solution.single import solve
 from convexperc.solvers.conic import Conic, Model, ModelCache
-from convexperc.solving import solve
 
 INSTANCES = 20
 

@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from rational import fractions, inner
 
-from convexperc.certificate import certify
-from convexperc.critical import critical_lambda2, critical_lambda3, zero_is_optimal
-from convexperc.problem import Problem
+from convexperc.certificate.certificate import certify
+from convexperc.certificate.lambda_max import critical_lambda2, critical_lambda3, zero_is_optimal
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
 from convexperc.solvers.conic import Conic
-from convexperc.solving import solve
 
 
 def random_problem(seed, *, scale_x=1.0, scale_o=1.0, lambda2=0.1, lambda3=1.0):

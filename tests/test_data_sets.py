@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from convexperc.errors import InputError
-from convexperc.perception import read_pictures
+from convexperc.recognition.references import read_pictures
 from convexperc.simulation import (
     RED_CAR,
     Frame,

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from convexperc import Verdict, decided_by, recognize, recognize_path
-from convexperc.decision import Decision, costs
 from convexperc.errors import ProblemError
+from convexperc.recognition.decision import Decision, costs
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 0.05, "lambda3": 0.05, "modalities": [7, 5]}
 SHARE = "explained share"

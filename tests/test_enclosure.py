@@ -7,19 +7,19 @@ import flint
 import numpy as np
 import pytest
 
-from convexperc.ball_duality import dual_value, objective_at, primal_value
-from convexperc.certificate import certify
-from convexperc.enclosure import certify_in_balls, enclose
+from convexperc.certificate.certificate import certify
+from convexperc.certificate.rationals import PRIMES, exact_optimum
+from convexperc.enclosure.active_set import Refinement, Start
+from convexperc.enclosure.ball_duality import dual_value, objective_at, primal_value
+from convexperc.enclosure.balls import BallFrame, precision
+from convexperc.enclosure.central_path import Central
+from convexperc.enclosure.enclosure import certify_in_balls, enclose
 from convexperc.errors import PointError
-from convexperc.exact import PRIMES, exact_optimum
-from convexperc.interior import Central
-from convexperc.multiprecision import BallFrame, precision
-from convexperc.problem import Problem
-from convexperc.refinement import Refinement, Start
-from convexperc.scaling import Scaling
-from convexperc.solution import Candidate, Status
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Candidate, Status
 from convexperc.solvers.conic import Conic
-from convexperc.solving import solve
 from verification.bench.instances import LAMBDAS, Instance, Shape
 from verification.families import seeded
 from verification.referee import optimum
@@ -161,7 +161,7 @@ def test_an_equality_case_too_large_for_exact_rationals_is_still_enclosed(monkey
     names = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
     problem = Problem(X, rng.normal(size=7), **names)
     value = exact_optimum(problem)
-    monkeypatch.setattr("convexperc.exact.WORK_LIMIT", 0)
+    monkeypatch.setattr("convexperc.certificate.rationals.WORK_LIMIT", 0)
     assert exact_optimum(problem) is None, problem
     found = enclose(problem)
     assert found.exact.lower <= value <= found.exact.upper, (found, float(value))

@@ -7,7 +7,14 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from rational import fractions, inner, transposed
 
-from convexperc.exact import PRIMES, integers, into_left_null_space, row_basis, solve, squared_distance
+from convexperc.certificate.rationals import (
+    PRIMES,
+    integers,
+    into_left_null_space,
+    row_basis,
+    solve,
+    squared_distance,
+)
 
 ENTRY = (
     st.floats(allow_nan=False, allow_infinity=False)

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import HealthCheck, find, given, settings
 from hypothesis import strategies as st
 
+from convexperc.certificate.rationals import row_basis
 from convexperc.errors import InputError
-from convexperc.exact import row_basis
-from convexperc.problem import Problem, same_data
+from convexperc.problem.problem import Problem, same_data
 from verification.families import (
     DEGENERATE,
     EXTREME,

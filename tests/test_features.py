@@ -17,7 +17,7 @@ from convexperc.features.color import color_histogram
 from convexperc.features.extraction import normalise, raw_blocks
 from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
-from convexperc.images import as_rgb, resize, to_gray
+from convexperc.features.pictures import as_rgb, resize, to_gray
 
 EPSILON = float(np.finfo(np.float64).eps)
 # scikit-image accumulates HOG cells in single precision: 2^-24 a sum of up to 256 pixels, then a division.

@@ -11,7 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from convexperc.errors import ImageError
-from convexperc.images import MAX_PIXELS, MIN_SIDE, as_rgb, list_images, read_image, resize, to_gray
+from convexperc.features.pictures import (
+    MAX_PIXELS,
+    MIN_SIDE,
+    as_rgb,
+    list_images,
+    read_image,
+    resize,
+    to_gray,
+)
 
 SIDES = st.integers(MIN_SIDE, 24)
 SEEDS = st.integers(0, 2**32 - 1)

@@ -6,15 +6,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-import convexperc.projection
+import convexperc.problem.library
 from convexperc import Problem, recognize, solve, solve_many, solve_path
-from convexperc.certificate import certify
+from convexperc.certificate.certificate import certify
+from convexperc.certificate.rounding import gamma
 from convexperc.errors import ModalityError, ProblemError
-from convexperc.projection import Projection
-from convexperc.recognition import Verdict
-from convexperc.rounding import gamma
-from convexperc.solution import Status
-from convexperc.symmetry import interchangeable
+from convexperc.problem.library import Projection
+from convexperc.recognition.recognition import Verdict
+from convexperc.recognition.ties import interchangeable
+from convexperc.solution.solution import Status
 from verification.families import EXTREME, ORDINARY_DEGENERATE, RANDOM, seeded
 
 LAMBDAS = {"lambda1": 0.3, "lambda2": 0.2, "lambda3": 0.1}
@@ -91,7 +91,7 @@ def test_templates_of_all_scales_in_one_library():
 def test_blocks_memory_maps_and_layouts_change_nothing_but_rounding(tmp_path, monkeypatch, block, order):
     X, O = library()
     base = solve_many(X, O, modalities=SIZES, **LAMBDAS)
-    monkeypatch.setattr(convexperc.projection, "BLOCK", block)
+    monkeypatch.setattr(convexperc.problem.library, "BLOCK", block)
     stored = np.lib.format.open_memmap(
         tmp_path / "library.npy", mode="w+", dtype=np.float64, shape=O.shape, fortran_order=order == "F"
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from convexperc.errors import ModalityError
-from convexperc.modalities import Modalities
+from convexperc.problem.modalities import Modalities
 
 
 def groups(modalities):

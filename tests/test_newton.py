@@ -5,13 +5,13 @@ import pickle
 import numpy as np
 import pytest
 
-from convexperc.problem import Problem
-from convexperc.reduction import Reduction
-from convexperc.scaling import Scaling
-from convexperc.solution import Status
+from convexperc.problem.gram import Reduction
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
-from convexperc.solvers.newton import Newton
-from convexperc.solving import solve
+from convexperc.solvers.newton.method import Newton
 
 LAMBDAS = [1e-3, 0.1, 1.0, 10.0]
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from convexperc.problem import Problem
-from convexperc.reduction import Reduction
-from convexperc.solvers.lapack import cholesky_extend, cholesky_inverse, cholesky_solve
-from convexperc.solvers.newton import NO_RACE, Newton
-from convexperc.solvers.newton_kernel import Rules, solve_batch
-from convexperc.solvers.quadratic import minimise, new_model
+from convexperc.problem.gram import Reduction
+from convexperc.problem.problem import Problem
+from convexperc.solvers.newton.lapack import cholesky_extend, cholesky_inverse, cholesky_solve
+from convexperc.solvers.newton.loop import Rules, solve_batch
+from convexperc.solvers.newton.method import NO_RACE, Newton
+from convexperc.solvers.newton.subproblem import minimise, new_model
 from verification.bench.instances import LAMBDAS, SHAPES, Instance
 
 

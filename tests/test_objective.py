@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rational import term_bounds
 
-from convexperc.objective import objective, residuals, terms
-from convexperc.problem import Problem
+from convexperc.problem.formulation import objective, residuals, terms
+from convexperc.problem.problem import Problem
 
 PARTITIONS = [[4], [1, 3], [1, 1, 1, 1], {"a": [0, 2], "b": [3, 1]}]
 

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from convexperc.objective import objective
-from convexperc.optimality import optimality_residual
-from convexperc.problem import Problem
+from convexperc.problem.formulation import objective
+from convexperc.problem.optimality import optimality_residual
+from convexperc.problem.problem import Problem
 
 OPTIMA = [
     ([[1]], [8], (1, 4, 2), [5], [4]),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 from verification.families import FAMILIES, seeded
 from verification.oracles import (
     Enclosure,

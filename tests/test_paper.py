@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 
 from convexperc.errors import InputError, PointError
-from convexperc.objective import objective
-from convexperc.problem import Problem
-from convexperc.solvers.paper import Order, PaperTrace, Stop, run
-from convexperc.solvers.paper_systems import LinearSolver, derivative_u, derivative_w
-from convexperc.solvers.paper_trace import RISE_ROUNDING
-from convexperc.solvers.readings import (
+from convexperc.problem.formulation import objective
+from convexperc.problem.problem import Problem
+from convexperc.solvers.paper.loop import Order, PaperTrace, Stop, run
+from convexperc.solvers.paper.readings import (
     ABSOLUTE,
     APPENDIX_FULL,
     APPENDIX_HALF,
@@ -26,6 +24,8 @@ from convexperc.solvers.readings import (
     Reading,
     smoothed,
 )
+from convexperc.solvers.paper.systems import LinearSolver, derivative_u, derivative_w
+from convexperc.solvers.paper.trace import RISE_ROUNDING
 
 DESCENDING = (ABSOLUTE, CORRECTED, SMOOTHED)
 ORDERS, SOLVERS, HALF = tuple(Order), tuple(LinearSolver), Fraction(1, 2)

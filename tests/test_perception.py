@@ -8,8 +8,8 @@ import pytest
 
 from convexperc.errors import ConvexpercError, FeatureError, ImageError, InputError
 from convexperc.features import FeatureConfiguration, extract
-from convexperc.perception import References, perceive, read_pictures, sample_names, sample_scene
-from convexperc.recognition import Verdict
+from convexperc.recognition.recognition import Verdict
+from convexperc.recognition.references import References, perceive, read_pictures, sample_names, sample_scene
 
 QUICK = FeatureConfiguration(
     working_size=(32, 32), color_bins=8, hog_pixels_per_cell=(8, 8), lbp_points=8, lbp_radius=1.0, lbp_bins=10

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from convexperc.errors import InputError
-from convexperc.picture import MOST_VIEWS, picture_kind, recognition_picture
-from convexperc.recognition import Verdict
-from convexperc.recognizing import recognize
+from convexperc.recognition.label import recognize
+from convexperc.recognition.recognition import Verdict
+from convexperc.report.figure import MOST_VIEWS, picture_kind, recognition_picture
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -129,6 +129,6 @@ def test_what_cannot_be_drawn_is_refused():
 
 
 def test_pyplot_and_its_global_state_stay_out():
-    code = "import sys, convexperc.picture; print('matplotlib.pyplot' in sys.modules)"
+    code = "import sys, convexperc.report.figure; print('matplotlib.pyplot' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

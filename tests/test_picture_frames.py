@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from convexperc.features import FeatureConfiguration
-from convexperc.perception import References
+from convexperc.recognition.references import References
 from verification.bench import picture_frames
 from verification.bench.picture_frames import (
     LABEL,

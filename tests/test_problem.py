@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from convexperc.errors import ModalityError, PointError, ProblemError
-from convexperc.optimality import optimality_residual
-from convexperc.problem import Problem, same_data
+from convexperc.problem.optimality import optimality_residual
+from convexperc.problem.problem import Problem, same_data
 
 LAMBDAS = {"lambda1": 1.0, "lambda2": 0.5, "lambda3": 0.25}
 

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from convexperc.cli import app
+from convexperc.cli.main import app
 from convexperc.errors import ProblemError
-from convexperc.problem import Problem
-from convexperc.problem_files import read_problem
-from convexperc.proof_file import data_digest, proof_record
-from convexperc.records import problem_record, write_json
-from convexperc.solution import Candidate, Status
+from convexperc.problem.files import read_problem
+from convexperc.problem.problem import Problem
+from convexperc.report.proof import data_digest, proof_record
+from convexperc.report.records import problem_record, write_json
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Candidate, Status
 from convexperc.solvers.conic import Conic
-from convexperc.solving import solve
 from verification.families import FAMILIES, seeded
 from verification.oracles import dual_objective, is_dual_feasible, objective
 from verification.proof_checker import check

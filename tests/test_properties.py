@@ -5,11 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from convexperc.certificate import Certificate, certify
-from convexperc.problem import Problem
-from convexperc.solution import Status
+from convexperc.certificate.certificate import Certificate, certify
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
-from convexperc.solvers.paper import (
+from convexperc.solvers.paper.loop import (
     ABSOLUTE,
     CORRECTED,
     PRINTED,
@@ -18,7 +19,6 @@ from convexperc.solvers.paper import (
     Stop,
     run,
 )
-from convexperc.solving import solve
 from verification.checks.descent import distance_to_optimum
 from verification.families import EXTREME, FAMILIES, seeded
 from verification.referee import optimum, violations

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from convexperc.errors import SolverError
-from convexperc.problem import Problem
-from convexperc.scaling import Scaling
-from convexperc.solution import Status
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
-from convexperc.solvers.qp import Quadratic, is_quadratic
-from convexperc.solving import solve
+from convexperc.solvers.osqp import Quadratic, is_quadratic
 
 
 def instance(seed, shape=(3, 5), lambdas=(0.7, 0.3, 0.2), spec=(1, 1, 1, 1, 1)):

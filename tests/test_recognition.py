@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from convexperc.errors import ModalityError, ProblemError, SolverError
-from convexperc.recognition import Verdict
-from convexperc.recognizing import decide, recognize
-from convexperc.solution import Candidate
+from convexperc.recognition.label import decide, recognize
+from convexperc.recognition.recognition import Verdict
+from convexperc.solution.solution import Candidate
 from convexperc.solvers.conic import Conic
 
 LAMBDAS = {"lambda1": 0.5, "lambda2": 0.1, "lambda3": 0.1}

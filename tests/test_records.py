@@ -10,15 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from convexperc.certificate import certify
+from convexperc.certificate.certificate import certify
 from convexperc.errors import FileFormatError, InputError
 from convexperc.features import FeatureConfiguration
-from convexperc.modalities import Modalities
-from convexperc.optimality import optimality_residual
-from convexperc.problem import Problem, same_data
-from convexperc.problem_files import read_answer, read_configuration, read_problem
-from convexperc.recognizing import recognize
-from convexperc.records import (
+from convexperc.problem.files import read_answer, read_configuration, read_problem
+from convexperc.problem.modalities import Modalities
+from convexperc.problem.optimality import optimality_residual
+from convexperc.problem.problem import Problem, same_data
+from convexperc.recognition.label import recognize
+from convexperc.report.records import (
     certificate_record,
     check_place,
     problem_record,
@@ -27,8 +27,8 @@ from convexperc.records import (
     write_json,
     write_whole,
 )
-from convexperc.solution import Candidate
-from convexperc.solving import solve
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Candidate
 
 X = [[1.0, 0.5, -2.0], [0.25, 3.0, 1.0]]
 GOOD = {"X": X, "o": [1.0, 0.0, -1.0], "lambda1": 0.1, "lambda2": 0.1, "lambda3": 0.1}

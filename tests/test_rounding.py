@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from rational import fractions, inner, root_bounds
 
-from convexperc.rounding import (
+from convexperc.certificate.rounding import (
     Ball,
     Groups,
     U,
@@ -24,7 +24,7 @@ from convexperc.rounding import (
     sum_bounds,
     up,
 )
-from convexperc.rounding import inner as inner_bounds
+from convexperc.certificate.rounding import inner as inner_bounds
 
 ENTRY = (
     st.floats(-4, 4)

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from convexperc.problem import Problem, same_data
-from convexperc.scaling import LARGEST, Scaling, _shifted
+from convexperc.problem.problem import Problem, same_data
+from convexperc.problem.scaling import LARGEST, Scaling, _shifted
 
 EXPONENT = st.integers(-490, 490)
 

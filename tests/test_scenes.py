@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from convexperc.errors import FileFormatError, InputError
-from convexperc.records import json_bytes
+from convexperc.report.records import json_bytes
 from convexperc.simulation import (
     LIGHTS,
     OBJECTS_OF,

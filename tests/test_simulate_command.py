@@ -8,7 +8,7 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from convexperc.cli import app
+from convexperc.cli.main import app
 from convexperc.simulation import RED_CAR, backends, scene_of_record
 
 
@@ -18,7 +18,7 @@ def run(*arguments: object):
 
 def test_help_loads_neither_numpy_nor_mujoco():
     program = (
-        "import sys\nfrom convexperc.cli import app\n"
+        "import sys\nfrom convexperc.cli.main import app\n"
         "try:\n    app(['simulate', 'physical', '--help'])\n"
         "except SystemExit as end:\n    assert end.code == 0\n"
         "print('loaded:', [name for name in ('numpy', 'mujoco', 'cv2', 'joblib') if name in sys.modules])"

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from convexperc.critical import critical_lambda2
+from convexperc.certificate.lambda_max import critical_lambda2
 from convexperc.errors import InputError, SolverError
-from convexperc.problem import Problem, same_data
-from convexperc.solution import Candidate, Status
+from convexperc.problem.problem import Problem, same_data
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Candidate, Status
 from convexperc.solvers.conic import Conic
-from convexperc.solving import solve
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,15 @@ import flint
 import numpy as np
 import pytest
 
-import convexperc.weights as module
-from convexperc import curvature
-from convexperc.certificate import certify
-from convexperc.enclosure import enclose
+import convexperc.solution.weights as module
+from convexperc.certificate.certificate import certify
+from convexperc.enclosure import convexity as curvature
+from convexperc.enclosure.enclosure import enclose
 from convexperc.errors import PointError
-from convexperc.problem import Problem
-from convexperc.solution import Solution, Timings
-from convexperc.solving import solve
-from convexperc.weights import Intervals, WeightIntervals, weight_intervals
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Solution, Timings
+from convexperc.solution.weights import Intervals, WeightIntervals, weight_intervals
 from verification.bench.instances import LAMBDAS, Instance, Shape
 from verification.families import seeded
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.problem import Problem
-from convexperc.solution import Status
-from convexperc.solving import solve
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Status
 from verification.raw import raw
 
 SCALES = tuple(10.0**decade for decade in range(-8, 9, 2))

@@ -12,7 +12,7 @@ import numpy as np
 from flint import arb, fmpq
 from numpy.typing import NDArray
 
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 from verification.exact_arithmetic import Numbers, UnresolvedError, enclosed, exact, precision
 from verification.exact_problem import ExactProblem, Rational
 from verification.exact_update import Data, SingularStepError, Update

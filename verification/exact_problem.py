@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from convexperc.errors import FileFormatError, ProblemError
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 
 Rational = tuple[Fraction, ...]
 NUMBER = re.compile(r"-?[0-9]+(/[1-9][0-9]*)?")

@@ -13,7 +13,7 @@ import flint
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from convexperc.errors import InputError, SolverError
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 from verification.exact_arithmetic import Numbers, UnresolvedError, exact, inner, root
 from verification.exact_problem import ExactProblem
 

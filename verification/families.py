@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from convexperc.arrays import Matrix
-from convexperc.problem import Problem
+from convexperc.problem.arrays import Matrix
+from convexperc.problem.problem import Problem
 from verification.sources import Draft, Seeded, Source, draft
 
 SMALLEST_SUBNORMAL = 5e-324

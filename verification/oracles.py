@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 
 Rationals = NDArray[Any]
 """An object array of Fractions."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import cvxpy as cp
 
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 
 
 @dataclass(frozen=True)

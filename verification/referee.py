@@ -5,8 +5,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc.certificate import Certificate
-from convexperc.problem import Problem
+from convexperc.certificate.certificate import Certificate
+from convexperc.problem.problem import Problem
 from verification.interior import BOLD, CAUTIOUS, Central, Quadratic, follow
 from verification.oracles import Enclosure, Rationals, Reduced, dot, objective, square_root, times
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.problem import Problem
-from convexperc.solvers.paper import run
-from convexperc.solving import solve
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
+from convexperc.solvers.paper.loop import run
 from verification.claims import ORDERS, READINGS
 from verification.search.engine import Result
 from verification.search.shards import UNBOUNDED

@@ -6,8 +6,8 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from convexperc.arrays import Matrix, Vector
-from convexperc.problem import Problem
+from convexperc.problem.arrays import Matrix, Vector
+from convexperc.problem.problem import Problem
 
 T = TypeVar("T")
 

@@ -13,9 +13,9 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from convexperc.arrays import Matrix
 from convexperc.errors import InputError
-from convexperc.problem import Problem
+from convexperc.problem.arrays import Matrix
+from convexperc.problem.problem import Problem
 from verification.families import DEGENERATE, FAMILIES, RANDOM
 
 T = TypeVar("T")

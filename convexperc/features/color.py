@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Float
 
 from convexperc.features.configuration import JOINT, FeatureConfiguration
-from convexperc.images import Picture
+from convexperc.features.pictures import Picture
 
 
 def color_histogram(image: Picture, configuration: FeatureConfiguration) -> Float[np.ndarray, " color"]:

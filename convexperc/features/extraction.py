@@ -10,7 +10,7 @@ from convexperc.features.color import color_histogram
 from convexperc.features.configuration import UNIT_LENGTH, UNIT_SUM, UNIT_VIEW, FeatureConfiguration
 from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
-from convexperc.images import as_rgb, resize, to_gray
+from convexperc.features.pictures import as_rgb, resize, to_gray
 
 
 def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Float[np.ndarray, "n d"]:

@@ -5,7 +5,7 @@ from jaxtyping import Float
 from skimage.feature import hog
 
 from convexperc.features.configuration import FeatureConfiguration
-from convexperc.images import GrayPicture
+from convexperc.features.pictures import GrayPicture
 
 
 def hog_descriptor(gray: GrayPicture, configuration: FeatureConfiguration) -> Float[np.ndarray, " hog"]:

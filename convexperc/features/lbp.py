@@ -5,7 +5,7 @@ from jaxtyping import Float
 from skimage.feature import local_binary_pattern
 
 from convexperc.features.configuration import FeatureConfiguration
-from convexperc.images import GrayPicture
+from convexperc.features.pictures import GrayPicture
 
 
 def lbp_histogram(gray: GrayPicture, configuration: FeatureConfiguration) -> Float[np.ndarray, " lbp"]:

@@ -8,7 +8,7 @@ from convexperc.simulation.backends import RenderingError
 from convexperc.simulation.camera import Camera
 from convexperc.simulation.datasets import Written, write_data_set, write_scene
 from convexperc.simulation.descriptions import read_scene, scene_of_record, scene_record
-from convexperc.simulation.frame import Frame
+from convexperc.simulation.image_size import Frame
 from convexperc.simulation.layouts import GRAY_CAR, ICA_SIGN, RED_CAR, SCENES
 from convexperc.simulation.light import LIGHTS, Light
 from convexperc.simulation.meshes import MeshModel, read_meshes

@@ -9,13 +9,13 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from convexperc.errors import InputError
-from convexperc.records import json_bytes
+from convexperc.report.records import json_bytes
 from convexperc.simulation import case_study, physical
 from convexperc.simulation.catalogue import catalogue, mesh_sha256, object_of
 from convexperc.simulation.descriptions import scene_record
 from convexperc.simulation.drawing import draw_reference, draw_scene, find_scene, sha256
 from convexperc.simulation.folder import begin, close_folder, keep, open_folder, part_name
-from convexperc.simulation.frame import Frame
+from convexperc.simulation.image_size import Frame
 from convexperc.simulation.layouts import SCENES
 from convexperc.simulation.light import BRIGHT
 from convexperc.simulation.manifest import manifest_head

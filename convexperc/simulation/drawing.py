@@ -10,7 +10,7 @@ from convexperc.errors import InputError
 from convexperc.simulation.camera import Camera
 from convexperc.simulation.catalogue import Catalogue
 from convexperc.simulation.descriptions import scene_record
-from convexperc.simulation.frame import Frame
+from convexperc.simulation.image_size import Frame
 from convexperc.simulation.manifest import overhead_frame
 from convexperc.simulation.mjcf import Group
 from convexperc.simulation.proposing import Obstruction, Proposal, obstruction

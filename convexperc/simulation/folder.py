@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from convexperc.errors import InputError
-from convexperc.records import json_bytes, write_whole
+from convexperc.report.records import json_bytes, write_whole
 from convexperc.simulation.drawing import Drawn, sha256
 
 MANIFEST, REQUEST, RECORDS, DRAWING = "manifest.json", "request.json", ".records", ".drawing"

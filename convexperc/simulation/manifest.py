@@ -8,7 +8,7 @@ import cv2
 
 from convexperc.errors import InputError
 from convexperc.simulation.catalogue import Catalogue, mesh_sha256
-from convexperc.simulation.frame import Frame
+from convexperc.simulation.image_size import Frame
 from convexperc.simulation.opengl import Engine
 
 UNITS = (

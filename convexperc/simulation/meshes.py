@@ -19,8 +19,8 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from convexperc.errors import FileFormatError, InputError
-from convexperc.problem_files import read_json
-from convexperc.records import json_bytes
+from convexperc.problem.files import read_json
+from convexperc.report.records import json_bytes
 from convexperc.simulation.checks import check_name, check_range
 from convexperc.simulation.objects import OBJECTS
 

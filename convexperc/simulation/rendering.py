@@ -19,7 +19,7 @@ from convexperc.errors import InputError
 from convexperc.simulation.backends import INSTALL, RenderingError, choose_backend
 from convexperc.simulation.catalogue import Catalogue
 from convexperc.simulation.effects import Picture, apply_effects
-from convexperc.simulation.frame import Frame
+from convexperc.simulation.image_size import Frame
 from convexperc.simulation.mjcf import Group, mjcf
 from convexperc.simulation.objects import OBJECTS
 from convexperc.simulation.opengl import failure, load_mujoco, window

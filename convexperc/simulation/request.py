@@ -9,7 +9,7 @@ from convexperc.errors import InputError
 from convexperc.simulation import case_study, physical
 from convexperc.simulation.catalogue import Catalogue
 from convexperc.simulation.checks import check_range
-from convexperc.simulation.frame import Frame
+from convexperc.simulation.image_size import Frame
 from convexperc.simulation.manifest import manifest_head
 from convexperc.simulation.objects import CASE_STUDY, PHYSICAL
 from convexperc.simulation.opengl import Engine

@@ -10,8 +10,8 @@ import cvxpy as cp
 import numpy as np
 
 from convexperc.errors import SolverError
-from convexperc.problem import Problem
-from convexperc.solution import Candidate
+from convexperc.problem.problem import Problem
+from convexperc.solution.solution import Candidate
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Model:
 
     @classmethod
     def of(cls, problem: Problem) -> "Model":
-        """Pose the problem, term by term as `convexperc.problem.Problem` states it."""
+        """Pose the problem, term by term as `convexperc.problem.problem.Problem` states it."""
         X = problem.X
         w, u, o = cp.Variable(problem.n), cp.Variable(problem.d), cp.Parameter(problem.d)
         lambda1, lambda2, lambda3 = (cp.Parameter(nonneg=True) for _ in range(3))

@@ -2,8 +2,8 @@
 
 from typing import Protocol, runtime_checkable
 
-from convexperc.problem import Problem
-from convexperc.solution import Candidate
+from convexperc.problem.problem import Problem
+from convexperc.solution.solution import Candidate
 
 
 @runtime_checkable

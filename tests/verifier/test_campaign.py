@@ -13,10 +13,10 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from convexperc.solution import Candidate
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Candidate
 from convexperc.solvers.conic import Conic
-from convexperc.solvers.newton import Newton
-from convexperc.solving import solve
+from convexperc.solvers.newton.method import Newton
 from verification.__main__ import app
 from verification.campaign import run as campaign
 from verification.campaign.cases import Case, Plan, cases

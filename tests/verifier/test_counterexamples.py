@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from convexperc.errors import FileFormatError, InputError, SolverError
-from convexperc.problem import Problem
-from convexperc.solvers.paper import run
+from convexperc.problem.problem import Problem
+from convexperc.solvers.paper.loop import run
 from verification.checks.catalogue import CHECKS
 from verification.checks.interface import Check, Observation, Recorder
 from verification.claims import PARTS

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from convexperc.errors import FileFormatError, InputError, ProblemError
-from convexperc.problem import Problem
-from convexperc.solvers.paper import run
+from convexperc.problem.problem import Problem
+from convexperc.solvers.paper.loop import run
 from verification import exact_update
 from verification.exact_arithmetic import UnresolvedError, enclosed, root
 from verification.exact_loop import Rise, image, iterates, objective, rise_confirmed, start, step

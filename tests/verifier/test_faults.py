@@ -9,8 +9,8 @@ import jsonschema
 import pytest
 from rich.console import Console
 
-from convexperc import objective
-from convexperc.solvers import paper_trace
+from convexperc.problem import formulation as objective
+from convexperc.solvers.paper import trace as paper_trace
 from verification.claims import PARTS
 from verification.evidence import Outcome
 from verification.families import FAMILIES

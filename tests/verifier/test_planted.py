@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from convexperc import certificate, duality, frame, optimum, primal, rounding
-from convexperc.certificate import certify
-from convexperc.problem import Problem
-from convexperc.solution import Candidate, Status
-from convexperc.solvers.paper import CORRECTED, run
-from convexperc.solving import solve
+from convexperc.certificate import certificate, duality, frame, primal, rounding
+from convexperc.certificate import screening as optimum
+from convexperc.certificate.certificate import certify
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Candidate, Status
+from convexperc.solvers.paper.loop import CORRECTED, run
 from verification.families import seeded
 from verification.oracles import objective
 from verification.referee import Optimum, violations

@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from convexperc import lasso_bounds, reduced_bounds, solve_many
-from convexperc.objective import objective
-from convexperc.problem import Problem
-from convexperc.reduction import Reduction
-from convexperc.solution import Status
-from convexperc.solvers.newton import lassos
-from convexperc.solving import solve
+from convexperc import solve_many
+from convexperc.certificate import lasso as lasso_bounds
+from convexperc.certificate import reduced as reduced_bounds
+from convexperc.problem.formulation import objective
+from convexperc.problem.gram import Reduction
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Status
+from convexperc.solvers.newton.method import lassos
 
 GAMMA = 1e-3
 LAMBDAS = (
@@ -51,7 +53,10 @@ def plain(module: ModuleType, *changes: tuple[str, str]) -> ModuleType:
 
 def interpreted(*changes: tuple[str, str]) -> ModuleType:
     """As plain Python; its `Distinct` is one of the library's, so that the library takes it."""
-    kin = ("class Distinct:", "class Distinct(__import__('convexperc.lasso_bounds').lasso_bounds.Distinct):")
+    kin = (
+        "class Distinct:",
+        "class Distinct(__import__('convexperc.certificate.lasso').lasso_bounds.Distinct):",
+    )
     copy, below = plain(lasso_bounds, kin, *changes), plain(reduced_bounds)
     copy.__dict__.update({name: getattr(below, name) for name in PLAIN})
     return copy

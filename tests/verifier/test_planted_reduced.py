@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from convexperc import reduced_bounds
-from convexperc.objective import objective
-from convexperc.problem import Problem
-from convexperc.reduction import Reduction
-from convexperc.solution import Status
-from convexperc.solvers.newton import Newton
-from convexperc.solving import solve
+from convexperc.certificate import reduced as reduced_bounds
+from convexperc.problem.formulation import objective
+from convexperc.problem.gram import Reduction
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Status
+from convexperc.solvers.newton.method import Newton
 
 GAMMA = 1e-3
 LAMBDAS = (
@@ -39,7 +39,7 @@ def interpreted(*changes: tuple[str, str]) -> ModuleType:
         assert source.count(old) >= 1, old
         source = source.replace(old, new)
     module = ModuleType("mutant")
-    module.__dict__["__name__"] = "convexperc.reduced_bounds"
+    module.__dict__["__name__"] = "convexperc.certificate.reduced"
     exec(compile(source, "mutant", "exec"), module.__dict__)
     return module
 

@@ -13,7 +13,7 @@ import joblib
 import numpy as np
 import pytest
 
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation, Player, Recorder
 from verification.evidence import Outcome
 from verification.families import seeded

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy import sparse
 
-from convexperc.arrays import Vector
+from convexperc.problem.arrays import Vector
 from verification.bench.instances import Lambdas, Reduced
 from verification.bench.posed import Posed
 

@@ -8,10 +8,10 @@ from statistics import median
 
 import numpy as np
 
-from convexperc.recognition import Recognition, Verdict
-from convexperc.recognizing import recognize
-from convexperc.reduction import Reduction
-from convexperc.solvers.newton import Newton
+from convexperc.problem.gram import Reduction
+from convexperc.recognition.label import recognize
+from convexperc.recognition.recognition import Recognition, Verdict
+from convexperc.solvers.newton.method import Newton
 from verification.bench.instances import LAMBDAS, Instance, Lambdas, Shape
 
 TOLERANCE = 9e-10

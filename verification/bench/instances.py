@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from convexperc.arrays import Matrix, Vector
-from convexperc.modalities import Modalities
-from convexperc.problem import Problem
-from convexperc.reduction import Reduction
+from convexperc.problem.arrays import Matrix, Vector
+from convexperc.problem.gram import Reduction
+from convexperc.problem.modalities import Modalities
+from convexperc.problem.problem import Problem
 
 LAMBDAS = ((0.1, 0.1, 0.1), (1.0, 0.1, 0.1), (1.0, 1.0, 0.1))
 """(lambda1, lambda2, lambda3) of every instance."""

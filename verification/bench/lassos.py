@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.arrays import Vector
+from convexperc.problem.arrays import Vector
 from verification.bench.posed import Posed
 
 

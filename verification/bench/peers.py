@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.arrays import Vector
+from convexperc.problem.arrays import Vector
 from verification.bench.cones import Clarabel, Qoco, Scs
 from verification.bench.lassos import Celer, Skglm
 from verification.bench.posed import Ours, OursAlone, Posed
@@ -70,7 +70,7 @@ class Paper(Posed):
         self.problem = self.instance.problem(template, self.lambdas)
 
     def _solve(self, template: int) -> tuple[Vector, Vector]:
-        from convexperc.solvers.paper import run  # noqa: PLC0415 - imported where it is used
+        from convexperc.solvers.paper.loop import run  # noqa: PLC0415 - imported where it is used
 
         trace = run(
             self.problem,

@@ -16,10 +16,10 @@ import numpy as np
 
 from convexperc.features import FeatureConfiguration
 from convexperc.features.extraction import extract
-from convexperc.images import resize
-from convexperc.perception import Named, References, perceive, sample_scene
-from convexperc.recognition import Verdict
-from convexperc.recognizing import recognize
+from convexperc.features.pictures import resize
+from convexperc.recognition.label import recognize
+from convexperc.recognition.recognition import Verdict
+from convexperc.recognition.references import Named, References, perceive, sample_scene
 from verification.bench.instances import LAMBDAS, Lambdas
 
 SIZE = (240, 320)

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.arrays import Vector
-from convexperc.solvers.newton import Batch, Newton
+from convexperc.problem.arrays import Vector
+from convexperc.solvers.newton.method import Batch, Newton
 from verification.bench.instances import Instance, Lambdas
 
 Answer = tuple[float, Any]

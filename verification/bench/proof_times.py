@@ -6,9 +6,9 @@ from statistics import median
 
 import numpy as np
 
-from convexperc.certificate import certify
-from convexperc.enclosure import enclose
-from convexperc.many import solve_many
+from convexperc.certificate.certificate import certify
+from convexperc.enclosure.enclosure import enclose
+from convexperc.solution.batch import solve_many
 from verification.bench.floor import timed
 from verification.bench.instances import LAMBDAS, Instance, Lambdas
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from convexperc.arrays import Vector
+from convexperc.problem.arrays import Vector
 from verification.bench.instances import Instance, Lambdas
 
 LARGE = 1e7

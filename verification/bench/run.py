@@ -1,7 +1,7 @@
 """The benchmark: every peer brought to the same gap by the same judge, one after the other, one BLAS thread.
 
 A peer is measured in a process of its own, so that a limit of time can end it. Its tolerance is tightened
-until `convexperc.certificate.certify` proves a relative gap of `GAP` on the original data; the time of that
+until `convexperc.certificate.certificate.certify` proves a relative gap of `GAP` on the original data; the time of that
 setting counts, without its set-up, which is stated apart.
 
 Some peers have no dual point to offer, and that of the residuals is only as good as the root of the gap. So
@@ -22,7 +22,7 @@ from multiprocessing.connection import Connection
 from statistics import median
 from typing import Any
 
-from convexperc.certificate import certify
+from convexperc.certificate.certificate import certify
 from convexperc.errors import SolverError
 from verification.bench.floor import FrameTimes, frame_times
 from verification.bench.instances import LAMBDAS, TINY, Instance, Lambdas, Shape

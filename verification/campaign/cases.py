@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import overload
 
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 from verification.families import EXTREME, ORDINARY_DEGENERATE, RANDOM, seeded
 
 

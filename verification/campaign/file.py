@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from convexperc.solvers.interface import Solver
-from convexperc.solvers.newton import Newton
+from convexperc.solvers.newton.method import Newton
 from verification.campaign.cases import Plan
 from verification.campaign.run import CHUNK, Rules, State
 

@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any
 
 from convexperc.errors import SolverError
-from convexperc.problem import Problem
-from convexperc.solution import Solution, Status
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Solution, Status
 from convexperc.solvers.interface import Solver
-from convexperc.solvers.newton import Newton
-from convexperc.solving import solve
+from convexperc.solvers.newton.method import Newton
 from verification.campaign.cases import Case
 from verification.campaign.tallies import Contradiction, Failure, Reason, Report
 from verification.families import EXTREME

@@ -5,16 +5,16 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc import objective as library
-from convexperc import solving
 from convexperc.errors import SolverError
-from convexperc.problem import Problem
-from convexperc.scaling import Scaling
-from convexperc.solution import Solution, Status
+from convexperc.problem import formulation as library
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+from convexperc.solution import single as solving
+from convexperc.solution.solution import Solution, Status
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import Solver
-from convexperc.solvers.newton import Newton
-from convexperc.solvers.qp import Quadratic, is_quadratic
+from convexperc.solvers.newton.method import Newton
+from convexperc.solvers.osqp import Quadratic, is_quadratic
 from verification import oracles, referee
 from verification.checks.interface import REFEREED, Check, Observation
 from verification.checks.rational import (

@@ -5,10 +5,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc import many, solving
-from convexperc.answers import Answers
-from convexperc.problem import Problem
-from convexperc.solution import Solution, Status
+from convexperc.problem.problem import Problem
+from convexperc.solution import batch as many
+from convexperc.solution import single as solving
+from convexperc.solution.answers import Answers
+from convexperc.solution.solution import Solution, Status
 from verification import oracles, referee
 from verification.checks.interface import REFEREED, Check, Observation
 from verification.checks.rational import LARGEST_MEASURE, is_finite, number, share

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from convexperc import solving
-from convexperc.problem import Problem
-from convexperc.solution import Status
+from convexperc.problem.problem import Problem
+from convexperc.solution import single as solving
+from convexperc.solution.solution import Status
 from verification import raw
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import LARGEST_MEASURE

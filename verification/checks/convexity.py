@@ -7,8 +7,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc import objective as library
-from convexperc.problem import Problem
+from convexperc.problem import formulation as library
+from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import LARGE, ULP, Data, drawn_point, exact, number, share, squares, total
 from verification.evidence import Outcome

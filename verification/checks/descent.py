@@ -6,13 +6,13 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc.arrays import FeatureVector, Vector
-from convexperc.certificate import Certificate
+from convexperc.certificate.certificate import Certificate
 from convexperc.errors import SolverError
-from convexperc.problem import Problem
-from convexperc.solution import Status
-from convexperc.solvers.paper import PaperTrace, Stop, run
-from convexperc.solving import solve
+from convexperc.problem.arrays import FeatureVector, Vector
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Status
+from convexperc.solvers.paper.loop import PaperTrace, Stop, run
 from verification.checks.interface import Check, Observation
 from verification.claims import ORDERS, READINGS
 from verification.evidence import Outcome

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.feature import hog, local_binary_pattern
 
-from convexperc import images
 from convexperc.features import color, extraction
 from convexperc.features import hog as shape
 from convexperc.features import lbp as texture
+from convexperc.features import pictures as images
 from convexperc.features.configuration import BY_CHANNEL, JOINT, FeatureConfiguration
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import LARGEST_MEASURE
 from verification.evidence import Outcome

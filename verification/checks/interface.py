@@ -6,8 +6,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from convexperc.arrays import Matrix
-from convexperc.problem import Problem
+from convexperc.problem.arrays import Matrix
+from convexperc.problem.problem import Problem
 from verification.evidence import Outcome
 from verification.families import FAMILIES
 from verification.sources import Source

@@ -6,9 +6,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc import recognizing
-from convexperc.problem import Problem
-from convexperc.recognition import Recognition, Verdict
+from convexperc.problem.problem import Problem
+from convexperc.recognition import label as recognizing
+from convexperc.recognition.recognition import Recognition, Verdict
 from verification import referee
 from verification.checks.interface import REFEREED, Check, Observation
 from verification.checks.rational import Data, exact, number, squares

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from fractions import Fraction
 
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import Data, Exact, drawn_point, exact, number, share, squares, total
 from verification.evidence import Outcome

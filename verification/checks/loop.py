@@ -6,8 +6,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc.problem import Problem
-from convexperc.solvers.paper import LinearSolver, PaperTrace, Stop, run
+from convexperc.problem.problem import Problem
+from convexperc.solvers.paper.loop import LinearSolver, PaperTrace, Stop, run
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import drawn_point
 from verification.claims import ORDERS, READINGS

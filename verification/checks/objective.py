@@ -7,10 +7,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc import certificate as judge
-from convexperc import objective as library
-from convexperc import solving
-from convexperc.problem import Problem
+from convexperc.certificate import certificate as judge
+from convexperc.problem import formulation as library
+from convexperc.problem.problem import Problem
+from convexperc.solution import single as solving
 from verification import referee
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import (

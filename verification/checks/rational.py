@@ -10,8 +10,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc.arrays import FeatureVector, Vector
-from convexperc.problem import Problem
+from convexperc.problem.arrays import FeatureVector, Vector
+from convexperc.problem.problem import Problem
 from verification.oracles import Enclosure, square_root
 from verification.sources import Source
 

@@ -5,9 +5,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc import solving
-from convexperc.problem import Problem
-from convexperc.solution import Status
+from convexperc.problem.problem import Problem
+from convexperc.solution import single as solving
+from convexperc.solution.solution import Status
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import number, share
 from verification.evidence import Outcome

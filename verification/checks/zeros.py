@@ -6,10 +6,11 @@ from fractions import Fraction
 
 import numpy as np
 
-from convexperc import critical, solving
-from convexperc.problem import Problem
-from convexperc.scaling import Scaling
-from convexperc.solution import Solution, Status
+from convexperc.certificate import lambda_max as critical
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+from convexperc.solution import single as solving
+from convexperc.solution.solution import Solution, Status
 from verification import oracles
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import Data, inner, number, share, squares

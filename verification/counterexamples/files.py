@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from convexperc.errors import FileFormatError
-from convexperc.records import json_bytes, write_whole
+from convexperc.report.records import json_bytes, write_whole
 from verification.counterexamples.record import Record, parse
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 from verification.checks.interface import Check
 from verification.counterexamples.kinds import completed
 from verification.counterexamples.record import Record, Size, magnitude

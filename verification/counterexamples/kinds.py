@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from convexperc.errors import FileFormatError, SolverError
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation, Player
 from verification.counterexamples.confirmation import Confirmation, agree
 from verification.counterexamples.given import given

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from convexperc.errors import ImageError, InputError
-from convexperc.images import list_images, read_image
+from convexperc.features.pictures import list_images, read_image
 from verification.experiments.design import VIEWS
 from verification.experiments.folder import read_mask
 from verification.experiments.pictures import Mask, Picture

@@ -16,8 +16,8 @@ from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.extraction import normalise
 from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
-from convexperc.images import resize, to_gray
-from convexperc.records import write_whole
+from convexperc.features.pictures import resize, to_gray
+from convexperc.report.records import write_whole
 from verification.experiments.information import mutual_information
 from verification.experiments.pictures import Layout, Mask, Picture, PictureSet
 from verification.experiments.provenance import of_features

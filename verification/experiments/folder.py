@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from convexperc.errors import FileFormatError
-from convexperc.images import read_image, to_gray
+from convexperc.features.pictures import read_image, to_gray
 from verification.experiments.design import GOOD_VIEWS, STUDY_VIEWS, VIEWS
 from verification.experiments.pictures import CASE_STUDY, LEVELS, Mask, Picture, PictureSet, Scene, View
 

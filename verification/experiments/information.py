@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import entr
 
-from convexperc.images import GrayPicture
+from convexperc.features.pictures import GrayPicture
 
 BINS = 32
 """Bins of equal width for the gray values of each picture."""

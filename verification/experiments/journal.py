@@ -5,7 +5,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from convexperc.records import write_whole
+from convexperc.report.records import write_whole
 
 
 def canonical(data: Any) -> bytes:

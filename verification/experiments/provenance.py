@@ -17,7 +17,7 @@ SIMULATION = Path("convexperc/simulation")
 @cache
 def of_features() -> str:
     """SHA-256 of all that describes pictures."""
-    files = [TOP / "convexperc/images.py", *(TOP / "convexperc/features").glob("*.py")]
+    files = [TOP / "convexperc/features/pictures.py", *(TOP / "convexperc/features").glob("*.py")]
     return _digest([*files, Path(__file__).with_name("features.py")])
 
 

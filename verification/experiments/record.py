@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from convexperc.records import json_bytes, write_whole
+from convexperc.report.records import json_bytes, write_whole
 from verification.environment import machine, versions
 from verification.experiments.claims import CLAIMS
 from verification.experiments.collection import Collection

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc import recognize_path
-from convexperc.decision import Decision
-from convexperc.recognition import Recognition, Verdict
+from convexperc.recognition.decision import Decision
+from convexperc.recognition.recognition import Recognition, Verdict
 from verification.experiments.design import BOTH, GRID, SETTINGS, Design, Pair
 from verification.experiments.pictures import Layout
 from verification.experiments.subsets import Subset, drawn, of_grid

@@ -9,7 +9,7 @@ from scipy.stats import kendalltau
 
 from convexperc import solve_many
 from convexperc.errors import SolverError
-from convexperc.solution import Status
+from convexperc.solution.solution import Status
 from verification.experiments.design import BOTH, GOOD_VIEWS, Pair
 from verification.experiments.numbers import rounded
 from verification.experiments.pictures import Layout

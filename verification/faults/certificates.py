@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from convexperc import certificate, duality, frame, optimum, primal, rounding
-from convexperc.certificate import Certificate
-from convexperc.problem import Problem
-from convexperc.scaling import Scaling
+from convexperc.certificate import certificate, duality, frame, primal, rounding
+from convexperc.certificate import screening as optimum
+from convexperc.certificate.certificate import Certificate
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
 from verification.faults.fault import Fault, Plant, replaced, together, wrapped
 
 EXACT = ("lambda2_lambda3_zero",)

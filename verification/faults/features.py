@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from skimage.feature import local_binary_pattern
 
-from convexperc import images
 from convexperc.features import color, extraction, hog, lbp
+from convexperc.features import pictures as images
 from verification.faults.fault import Fault, Plant, everywhere, replaced, wrapped
 
 PICTURES = ("random",)

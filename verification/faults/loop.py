@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.solvers import paper, paper_systems
-from convexperc.solvers.paper_trace import Log, PaperTrace
-from convexperc.solvers.readings import ABSOLUTE, CORRECTED, Diagonal, Reading, Size
+from convexperc.solvers.paper import loop as paper
+from convexperc.solvers.paper import systems as paper_systems
+from convexperc.solvers.paper.readings import ABSOLUTE, CORRECTED, Diagonal, Reading, Size
+from convexperc.solvers.paper.trace import Log, PaperTrace
 from verification.faults.fault import Fault, Plant, Setter, replaced, together, wrapped
 from verification.faults.formulation import single
 

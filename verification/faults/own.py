@@ -3,8 +3,8 @@
 from fractions import Fraction
 from typing import Any
 
-from convexperc.problem import Problem
-from convexperc.solvers.readings import Reading
+from convexperc.problem.problem import Problem
+from convexperc.solvers.paper.readings import Reading
 from verification import cost, oracles, referee
 from verification.checks import descent, loop
 from verification.faults import certificates, features, formulation, recognition, solvers

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from convexperc import recognizing
-from convexperc.recognition import Recognition, Verdict
+from convexperc.recognition import label as recognizing
+from convexperc.recognition.recognition import Recognition, Verdict
 from verification.faults.fault import Fault, Plant, replaced, wrapped
 
 

@@ -6,15 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from convexperc import many, solving
-from convexperc.answers import Answers
-from convexperc.modalities import Modalities
-from convexperc.problem import Problem
-from convexperc.reduction import Reduction
-from convexperc.scaling import Scaling
+from convexperc.problem.gram import Reduction
+from convexperc.problem.modalities import Modalities
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+from convexperc.solution import batch as many
+from convexperc.solution import single as solving
+from convexperc.solution.answers import Answers
 from convexperc.solvers.conic import Model
-from convexperc.solvers.newton import Newton
-from convexperc.solvers.qp import Quadratic
+from convexperc.solvers.newton.method import Newton
+from convexperc.solvers.osqp import Quadratic
 from verification import raw
 from verification.faults.fault import Fault, Plant, replaced, together, wrapped
 from verification.faults.formulation import single

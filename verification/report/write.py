@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from convexperc.errors import InputError
-from convexperc.records import check_place, write_whole
+from convexperc.report.records import check_place, write_whole
 from verification.baseline import assess
 from verification.evidence import Evidence, Judgement, Verdict
 from verification.experiments_record import Experiments

@@ -13,7 +13,7 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, Verbosity, given, seed, settings, strategies, target
 from hypothesis.errors import Flaky, FlakyFailure, HypothesisException
 
-from convexperc.problem import Problem
+from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation, Recorder
 from verification.evidence import Outcome
 from verification.families import FAMILIES

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from convexperc.records import check_place, write_whole
+from convexperc.report.records import check_place, write_whole
 from verification.experiments_record import read_experiments
 from verification.report.experiments.pages import experiment_files
 from verification.report.experiments.sheets import contact_sheets

@@ -1,0 +1,1 @@
+"""Bounds of F* in float64, rounding included, at any point from anywhere; knows no solver."""

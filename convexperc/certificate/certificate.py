@@ -1,0 +1,310 @@
+"""The judge: a proof of how far any point (w, u) is from the optimum of the ORIGINAL problem.
+
+Knows no solver, believes no status, imports NumPy alone. Every number that it reports is a bound with its
+rounding included (`convexperc.certificate.rounding` says what is assumed of the machine).
+"""
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from convexperc.certificate.duality import DualPoint, GapTerms, candidates, dual_value, gap_terms
+from convexperc.certificate.frame import Frame
+from convexperc.certificate.primal import PrimalPoint
+from convexperc.certificate.rationals import exact_optimum
+from convexperc.certificate.rounding import UNDERFLOW, down, up
+from convexperc.certificate.screening import modality_weight_bound, proved_zeros, view_weight_bound
+from convexperc.errors import PointError
+from convexperc.problem.arrays import FeatureVector, Vector, nonnegative_number, point_entries
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Bounds, Scaling
+
+RELATIVE = 1e-9
+"""Largest gap, as a share of F*, of a certified answer."""
+ABSOLUTE = 1e-14
+"""Largest gap, as a share of ||o||^2, certified whatever F* is: about the rounding of float64 data."""
+
+ENOUGH = 2.0**-6
+"""A gap within this share of a tolerance ends the search for a better dual point."""
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What is proved of a point (w, u), on the original data.
+
+    Attributes
+    ----------
+    lower, upper : float
+        lower <= F* <= upper.
+    target : float
+        Lower bound of ||o||^2, which F* never exceeds by more than rounding.
+    objective : (float, float)
+        Bounds of F(w, u).
+    gap : float
+        Upper bound of F(w, u) - F*.
+    relative_gap : float
+        Upper bound of (F(w, u) - F*) / F*: 0 where the gap is 0, else infinite where F* may be 0.
+    share_of_target : float
+        Upper bound of (F(w, u) - F*) / ||o||^2.
+    relative_tolerance, absolute_tolerance : float
+        Certified means relative_gap <= relative_tolerance or share_of_target <= absolute_tolerance.
+    terms : GapTerms or None
+        The gap as a sum of terms >= 0, in units where ||o|| is about 1; None where `gap` is no such sum.
+    dual : DualPoint or None
+        The dual point behind `gap`, in normalised units; None where the bound is exact or trivial.
+    method : str
+        How the gap was proved.
+    zero_views : bool (n,)
+        True where w*_j = 0 is proved of every optimal w*.
+    zero_modalities : bool (m,)
+        True where u*^i = 0 is proved of every optimal u*.
+    """
+
+    lower: float
+    upper: float
+    target: float
+    objective: Bounds
+    gap: float
+    relative_gap: float
+    share_of_target: float
+    relative_tolerance: float
+    absolute_tolerance: float
+    terms: GapTerms | None
+    dual: DualPoint | None
+    method: str
+    zero_views: NDArray[np.bool_]
+    zero_modalities: NDArray[np.bool_]
+
+    @property
+    def certified(self) -> bool:
+        """Whether the gap is within the tolerances; false for NaN."""
+        return self.relative_gap <= self.relative_tolerance or self.share_of_target <= self.absolute_tolerance
+
+    @property
+    def enclosed(self) -> bool:
+        """Whether [lower, upper] is as narrow as the tolerances ask, whatever the point (w, u) is."""
+        width = up(self.upper - self.lower) if self.upper > self.lower else 0.0
+        room = max(self.relative_tolerance * self.lower, self.absolute_tolerance * self.target)
+        return self.certified or width <= room
+
+    def is_optimal(self, eps: float) -> bool:
+        """Whether F(w, u) - F* <= eps is proved."""
+        return self.gap <= eps
+
+
+def certify(
+    problem: Problem,
+    w: Any,
+    u: Any,
+    *,
+    dual: tuple[Any, Any] | None = None,
+    relative_tolerance: float = RELATIVE,
+    absolute_tolerance: float = ABSOLUTE,
+    thorough: bool = False,
+) -> Certificate:
+    """Judge a point from anywhere.
+
+    Parameters
+    ----------
+    problem : Problem
+    w : array_like (n,)
+    u : array_like (d,)
+        NaN and infinity are judged (nothing is proved of such a point), not refused.
+    dual : pair of array_like (d,) and (n,), optional
+        A dual point (a, b) to try besides 2(X'w - o) and 2 lambda1 (Xu - w). It is never believed:
+        it is scaled into the feasible set, or charged for its excess.
+    relative_tolerance, absolute_tolerance : float
+        See `Certificate`.
+    thorough : bool
+        Try every dual point and report the best bounds. Without, the search ends with the first dual point
+        that proves a gap within `ENOUGH` of a tolerance: good bounds, not the best.
+
+    Returns
+    -------
+    Certificate
+
+    Raises
+    ------
+    PointError
+        A wrong shape, entries that are not real numbers, or a tolerance that is not a finite number >= 0.
+    """
+    judge = Judge.of(
+        problem,
+        relative_tolerance=relative_tolerance,
+        absolute_tolerance=absolute_tolerance,
+        thorough=thorough,
+    )
+    return judge.certificate(w, u, dual=dual)
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """One problem, made ready to judge any number of points.
+
+    Attributes
+    ----------
+    problem : Problem
+    scaling : Scaling
+    frame : Frame
+    relative_tolerance, absolute_tolerance : float
+        See `Certificate`.
+    thorough : bool
+        See `certify`.
+    """
+
+    problem: Problem
+    scaling: Scaling
+    frame: Frame
+    relative_tolerance: float
+    absolute_tolerance: float
+    thorough: bool
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        scaling: Scaling | None = None,
+        *,
+        relative_tolerance: float = RELATIVE,
+        absolute_tolerance: float = ABSOLUTE,
+        thorough: bool = False,
+    ) -> "Judge":
+        """Normalise the problem; arguments and errors as of `certify`."""
+        relative = nonnegative_number(relative_tolerance, "relative_tolerance", error=PointError)
+        absolute = nonnegative_number(absolute_tolerance, "absolute_tolerance", error=PointError)
+        scaling = Scaling.of(problem) if scaling is None else scaling
+        return cls(problem, scaling, Frame.of(problem, scaling), relative, absolute, thorough)
+
+    def certificate(self, w: Any, u: Any, *, dual: tuple[Any, Any] | None = None) -> Certificate:
+        """Judge one point; arguments and errors as of `certify`."""
+        n, d = self.problem.n, self.problem.d
+        point = point_entries(w, n, "w", finite=False), point_entries(u, d, "u", finite=False)
+        hint = None
+        if dual is not None:
+            hint = self.scaling.dual(
+                point_entries(dual[0], d, "a", finite=False), point_entries(dual[1], n, "b", finite=False)
+            )
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            proof = self._prove(PrimalPoint.of(self.frame, self.scaling, *point), hint)
+        lower, upper = self.scaling.value_back((proof.lower, proof.upper))
+        target = self.frame.target_square[0]
+        return Certificate(
+            lower=lower,
+            upper=upper,
+            target=self.scaling.value_back((target, target))[0],
+            objective=self.scaling.value_back(proof.objective),
+            gap=self.scaling.value_back((0.0, proof.gap))[1],
+            relative_gap=_quotient(proof.gap, proof.lower),
+            share_of_target=_quotient(proof.gap, target),
+            relative_tolerance=self.relative_tolerance,
+            absolute_tolerance=self.absolute_tolerance,
+            terms=proof.terms,
+            dual=proof.dual,
+            method=proof.method,
+            zero_views=proof.zero_views,
+            zero_modalities=proof.zero_modalities,
+        )
+
+    @cached_property
+    def exact(self) -> Bounds | None:
+        """Bounds of the exact optimum of the equality case, normalised; None in other cases."""
+        optimum = exact_optimum(self.problem)
+        if optimum is None:
+            return None
+        value = optimum / Fraction(2) ** (2 * self.scaling.o)
+        nearest = float(value)
+        return (
+            nearest if Fraction(nearest) <= value else max(0.0, down(nearest)),
+            nearest if Fraction(nearest) >= value else up(nearest),
+        )
+
+    def _prove(self, point: PrimalPoint, hint: tuple[FeatureVector, Vector] | None) -> "_Proof":
+        """Take the best of the bounds: F >= 0, the exact one of the equality case, the dual points'."""
+        frame = self.frame
+        upper = min(point.objective[1], frame.target_square[1])
+        lower, gap, terms, dual, method = 0.0, point.objective[1], None, None, "F >= 0"
+        zeros = np.zeros(point.w.mid.shape, dtype=bool), np.zeros(len(frame.modalities), dtype=bool)
+        if self.exact is not None:
+            upper = min(upper, self.exact[1])
+            lower, method = self.exact[0], "exact least squares over the rationals"
+            gap = max(0.0, up(point.objective[1] - lower))
+        for candidate in candidates(frame, point, hint):
+            bound, total, parts = _judged(frame, point, candidate, upper)
+            lower = max(lower, bound)
+            if total < gap:
+                gap, terms, dual, method = total, parts, candidate, _method(candidate)
+            if candidate.feasible:
+                found = proved_zeros(frame, candidate, up(upper - min(bound, upper)))
+                zeros = zeros[0] | found[0], zeros[1] | found[1]
+            if not self.thorough and self._is_enough(_least(gap, point, lower), min(lower, upper)):
+                break
+        gap = _least(gap, point, lower)
+        return _Proof(min(lower, upper), upper, point.objective, gap, terms, dual, method, *zeros)
+
+    def _is_enough(self, gap: float, lower: float) -> bool:
+        """Whether this gap certifies the point with room to spare."""
+        if _quotient(gap, lower) <= ENOUGH * self.relative_tolerance:
+            return True
+        return _quotient(gap, self.frame.target_square[0]) <= ENOUGH * self.absolute_tolerance
+
+
+@dataclass(frozen=True, eq=False)
+class _Proof:
+    """What is proved, in normalised units."""
+
+    lower: float
+    upper: float
+    objective: Bounds
+    gap: float
+    terms: GapTerms | None
+    dual: DualPoint | None
+    method: str
+    zero_views: NDArray[np.bool_]
+    zero_modalities: NDArray[np.bool_]
+
+
+def _least(gap: float, point: PrimalPoint, lower: float) -> float:
+    """The smaller of a gap and F(w, u) - lower."""
+    return min(gap, max(0.0, up(point.objective[1] - lower)))
+
+
+def _judged(
+    frame: Frame, point: PrimalPoint, candidate: DualPoint, upper: float
+) -> tuple[float, float, GapTerms | None]:
+    """Lower bound of F*, upper bound of F(w, u) - F*, and the gap's terms, from one dual point."""
+    cost = 0.0 if candidate.feasible else _cost(frame, candidate, upper)
+    lower = dual_value(candidate)[0]
+    lower = down(lower - cost) if cost else lower
+    if not point.finite:
+        return lower, math.inf, None
+    parts = gap_terms(frame, point, candidate)
+    total = up(parts.total + cost) if cost else parts.total
+    if not math.isfinite(total):
+        return lower, math.inf, None
+    return max(lower, down(point.objective[0] - total)), total, parts
+
+
+def _cost(frame: Frame, candidate: DualPoint, upper: float) -> float:
+    """What the excess of a dual point takes off its bound."""
+    cost = 0.0
+    if candidate.excess_views != 0.0:
+        cost = up(candidate.excess_views * view_weight_bound(frame, upper))
+    if candidate.excess_modalities != 0.0:
+        cost = up(cost + up(candidate.excess_modalities * modality_weight_bound(frame, upper)))
+    return math.inf if math.isnan(cost) else up(cost) + UNDERFLOW
+
+
+def _method(candidate: DualPoint) -> str:
+    treatment = "scaled" if candidate.feasible else "charged"
+    return f"dual point '{candidate.kind}', {treatment}"
+
+
+def _quotient(gap: float, value: float) -> float:
+    if gap == 0.0:
+        return 0.0
+    return up(gap / value) if value > 0.0 and math.isfinite(gap) else math.inf

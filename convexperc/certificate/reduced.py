@@ -1,0 +1,355 @@
+"""Bounds of F* from the reduced data alone, compiled: one answer in time O(m n^2), rounding included.
+
+The point is w as given and u^i = t_i X_i' q; the dual point is a = 2(X'w - o) and one of
+
+    ``coupling``  b = -2 q,               v = X a - b enclosed,
+    ``slack``     v in [-lambda2, lambda2] as floats,  b = X a - v enclosed,
+
+scaled until it is feasible by proof. None is ever formed: with y = G w - c and z_i = K_i q,
+
+    ||X'w - o||^2 = w'(y - c) + ||o||^2,   X a = 2 y,   X u - w = sum_i t_i z_i - w,   ||X_i' q||^2 = q'z_i,
+
+and F - D is the sum of terms >= 0 of `convexperc.certificate.duality`. Everything that is not exact is bounded a priori:
+an entry of G, K_i or c is off by at most gamma_k times the lengths of its two vectors (`Reduction.depth`).
+
+Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., section 3.1 (gamma_k).
+"""
+
+from typing import NamedTuple, no_type_check
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from convexperc.certificate.rounding import U
+
+LARGEST = 2.0**100
+"""Numbers beyond this, or below its inverse and not 0, are not judged here: products might underflow."""
+SMALL = 2.0**-300
+"""More than all underflows of one judgement together."""
+
+Floats = NDArray[np.float64]
+
+
+class Shared(NamedTuple):
+    """What all templates share: G (n, n), K (m, n, n), and bounds of lengths and rounding.
+
+    Attributes
+    ----------
+    lengths : float64 (m, n)
+        Upper bounds of the length of each modality's part of each row.
+    rows : float64 (n,)
+        Upper bounds of the length of each row.
+    blocks : float64 (m,)
+        Upper bounds of ||X_i||_F.
+    gamma : float
+        Relative error of an entry of G, K or c and of every sum that is formed of them.
+    """
+
+    G: Floats
+    K: Floats
+    lengths: Floats
+    rows: Floats
+    blocks: Floats
+    gamma: float
+
+
+class Bounds(NamedTuple):
+    """What is proved of each of p answers, in the units of the reduced data.
+
+    Attributes
+    ----------
+    lower, upper, gap : float64 (p,)
+        lower <= F* <= F(w, u) <= upper, also for u as float64 stores it, and F(w, u) - F* <= gap.
+    modality_norms : float64 (p, m)
+        ||u^i||_2, to rounding.
+    zero_views : bool (p, n)
+        True where w*_j = 0 is proved.
+    zero_modalities : bool (p, m)
+        True where u*^i = 0 is proved.
+    """
+
+    lower: Floats
+    upper: Floats
+    gap: Floats
+    modality_norms: Floats
+    zero_views: NDArray[np.bool_]
+    zero_modalities: NDArray[np.bool_]
+
+    @classmethod
+    def unknown(cls, p: int, n: int, m: int) -> "Bounds":
+        """Room for p answers of which nothing is known."""
+        return cls(
+            np.zeros(p), np.full(p, np.inf), np.full(p, np.inf), np.zeros((p, m)),
+            np.zeros((p, n), dtype=np.bool_), np.zeros((p, m), dtype=np.bool_),
+        )  # fmt: skip
+
+
+class Room(NamedTuple):
+    """Working memory: y, e, its error, b, its error, v (n,); z, Kb (m, n); norms and pulls (m,)."""
+
+    y: Floats
+    e: Floats
+    e_error: Floats
+    b: Floats
+    b_error: Floats
+    v: Floats
+    v_error: Floats
+    z: Floats
+    Kb: Floats
+    tau: Floats
+    low: Floats
+    high: Floats
+    reach: Floats
+    pull: Floats
+
+
+class Case(NamedTuple):
+    """One template and its answer."""
+
+    c: Floats
+    target: float
+    lambdas: Floats
+    w: Floats
+    t: Floats
+    q: Floats
+
+
+class Value(NamedTuple):
+    """Of the loss: an upper bound; of F: bounds, and what storing u adds; sum_j |w_j| r_j + ||o||; c'w."""
+
+    loss: float
+    lower: float
+    upper: float
+    stored: float
+    rho: float
+    linear: float
+
+
+@no_type_check
+@njit(cache=True)
+def new_room(n, m):
+    """Room for n views and m modalities."""
+    return Room(
+        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+        np.empty((m, n)), np.empty((m, n)), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m),
+    )  # fmt: skip
+
+
+@no_type_check
+@njit(cache=True)
+def judge(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
+    """Fill in `bounds` for every template: C (p, n), targets (p,), lambdas (p, 3), W, Q (p, n), T (p, m)."""
+    p, n = C.shape
+    m = shared.K.shape[0]
+    room = new_room(n, m)
+    for j in range(p):
+        bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
+        bounds.zero_views[j, :] = False
+        bounds.zero_modalities[j, :] = False
+        if _in_range(lambdas[j], W[j], T[j], Q[j]):
+            case = Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
+            _judge_one(shared, case, tolerance, room, bounds, j)
+
+
+@no_type_check
+@njit(cache=True)
+def _in_range(lambdas, w, t, q):
+    """Whether every number is 0, or far from overflow and underflow; lambda1 and lambda3 must not be 0."""
+    for k in range(3):
+        if not (1.0 / LARGEST <= lambdas[k] <= LARGEST or (k == 1 and lambdas[k] == 0.0)):
+            return False
+    for x in (w, t, q):
+        for k in range(x.size):
+            if not abs(x[k]) <= LARGEST:
+                return False
+    return True
+
+
+@no_type_check
+@njit(cache=True)
+def _judge_one(shared, case, tolerance, room, bounds, j):
+    value = value_bounds(shared, case, room)
+    best = np.inf
+    for kind in range(3):
+        if kind == 0:
+            _coupling(shared, case, value, room)
+        else:
+            _slack(shared, case, value, kind == 2, room)
+        total, s = _gap(shared, case, value, room)
+        if total < np.inf:
+            _zeros(shared, case.lambdas, total, s, room, bounds, j)
+        best = min(best, total)
+        if best <= tolerance * value.lower:
+            break
+    for i in range(case.t.size):
+        bounds.modality_norms[j, i] = case.t[i] * 0.5 * (room.low[i] + room.high[i])
+    bounds.upper[j], bounds.gap[j] = value.upper, (best + value.stored) * (1.0 + 4 * U)
+    bounds.lower[j] = max(0.0, (value.lower - best) - 8 * U * (value.lower + best) - SMALL)
+
+
+@no_type_check
+@njit(cache=True)
+def _times(A, x, y):
+    """Set y = A x for a symmetric A."""
+    for a in range(y.size):
+        y[a] = 0.0
+    for k in range(x.size):
+        if x[k] != 0.0:
+            for a in range(y.size):
+                y[a] += A[k, a] * x[k]
+
+
+@no_type_check
+@njit(cache=True)
+def _square(x):
+    return x * x
+
+
+@no_type_check
+@njit(cache=True)
+def _inner(x, y):
+    total = 0.0
+    for k in range(x.size):
+        total += x[k] * y[k]
+    return total
+
+
+@no_type_check
+@njit(cache=True)
+def value_bounds(shared, case, room):
+    """Bound F(w, u), and leave y, z, e, tau and the bounds of ||X_i'q|| in `room`."""
+    c, target, lambdas, w, t, q = case
+    n, m, g = w.size, t.size, shared.gamma
+    omega = np.sqrt(target) * (1.0 + g) + SMALL
+    rho, size = omega, 0.0
+    for a in range(n):
+        rho += abs(w[a]) * shared.rows[a]
+        size += abs(w[a])
+    _times(shared.G, w, room.y)
+    loss, linear = target, 0.0
+    for a in range(n):
+        room.y[a] -= c[a]
+        loss += w[a] * (room.y[a] - c[a])
+        linear += c[a] * w[a]
+        room.e[a], room.e_error[a] = -w[a], g * abs(w[a]) + SMALL
+    low = high = moved = spread = 0.0
+    for i in range(m):
+        _times(shared.K[i], q, room.z[i])
+        square, tau = _inner(q, room.z[i]), 0.0
+        for a in range(n):
+            tau += abs(q[a]) * shared.lengths[i, a]
+        error = g * tau * tau + SMALL
+        room.tau[i] = tau
+        room.low[i] = np.sqrt(max(0.0, square - error)) * (1.0 - 4 * U)
+        room.high[i] = np.sqrt(max(0.0, square) + error) * (1.0 + 4 * U)
+        low += t[i] * room.low[i]
+        high += t[i] * room.high[i]
+        moved += g * t[i] * tau
+        spread += shared.blocks[i] * g * t[i] * tau
+        for a in range(n):
+            room.e[a] += t[i] * room.z[i, a]
+            room.e_error[a] += g * t[i] * shared.lengths[i, a] * tau
+    near = far = 0.0
+    for a in range(n):
+        near += _square(max(0.0, abs(room.e[a]) - room.e_error[a]))
+        far += _square(abs(room.e[a]) + room.e_error[a])
+    error = g * rho * rho + SMALL
+    most = max(0.0, loss + error)
+    lower = max(0.0, loss - error) + lambdas[0] * near + lambdas[1] * size + lambdas[2] * low
+    upper = most + lambdas[0] * far + lambdas[1] * size + lambdas[2] * high
+    stored = (lambdas[0] * (2.0 * np.sqrt(far) * spread + spread * spread) + lambdas[2] * moved) * (1.0 + g)
+    return Value(
+        most, max(0.0, lower * (1.0 - g) - SMALL), (upper + stored) * (1.0 + g) + SMALL, stored, rho, linear
+    )
+
+
+@no_type_check
+@njit(cache=True)
+def _coupling(shared, case, value, room):
+    """B = -2 q, v = 2 y + 2 q."""
+    w, q = case.w, case.q
+    for a in range(w.size):
+        room.b[a], room.b_error[a] = -2.0 * q[a], 0.0
+        room.v[a] = 2.0 * (room.y[a] + q[a])
+        room.v_error[a] = (
+            2.0 * shared.gamma * (shared.rows[a] * value.rho + abs(room.v[a]) + abs(q[a])) + SMALL
+        )
+    for i in range(room.z.shape[0]):
+        room.reach[i] = 2.0 * room.high[i]
+        room.pull[i] = -2.0 * room.low[i] * room.low[i]
+
+
+@no_type_check
+@njit(cache=True)
+def _slack(shared, case, value, by_sign, room):
+    """V = 2 y - b cut to [-lambda2, lambda2], or -lambda2 sign(w_j); b = 2 y - v."""
+    g, w, lambdas = shared.gamma, case.w, case.lambdas
+    for a in range(w.size):
+        v = min(max(2.0 * room.y[a] - room.b[a], -lambdas[1]), lambdas[1])
+        if by_sign and w[a] != 0.0:
+            v = -lambdas[1] if w[a] > 0.0 else lambdas[1]
+        room.v[a], room.v_error[a] = v, 0.0
+        room.b[a] = 2.0 * room.y[a] - v
+        room.b_error[a] = 2.0 * g * (shared.rows[a] * value.rho + abs(room.b[a]) + abs(v)) + SMALL
+    for i in range(room.z.shape[0]):
+        _times(shared.K[i], room.b, room.Kb[i])
+        tau = extra = 0.0
+        for a in range(w.size):
+            tau += abs(room.b[a]) * shared.lengths[i, a]
+            extra += room.b_error[a] * shared.lengths[i, a]
+        square = max(0.0, _inner(room.b, room.Kb[i])) + g * tau * tau + SMALL
+        room.reach[i] = (np.sqrt(square) + extra) * (1.0 + g)
+        error = g * room.tau[i] * tau + (1.0 + g) * extra * room.tau[i] + SMALL
+        room.pull[i] = _inner(room.z[i], room.b) + error
+
+
+@no_type_check
+@njit(cache=True)
+def _gap(shared, case, value, room):
+    """Bound F - D at (s a, s b); returns it with s, or infinity where no s > 0 is feasible."""
+    w, t, target = case.w, case.t, case.target
+    n, m, g = w.size, t.size, shared.gamma
+    one, two, three = case.lambdas
+    square = worst = 0.0
+    for a in range(n):
+        square += room.b[a] * room.b[a]
+        worst = max(worst, abs(room.v[a]) + room.v_error[a])
+    quadratic = value.loss + 0.25 * square / one
+    s = max(0.0, target - value.linear) / quadratic if quadratic > 0.0 else 1.0
+    if s * worst > two:
+        s = two / worst * (1.0 - 16 * U)
+    for i in range(m):
+        if s * room.reach[i] > three:
+            s = three / room.reach[i] * (1.0 - 16 * U)
+    if not 0.0 < s <= LARGEST:
+        return np.inf, 0.0
+    coupling = views = modalities = 0.0
+    for a in range(n):
+        half = 0.5 * s * room.b[a] / one
+        error = room.e_error[a] + 0.5 * s * room.b_error[a] / one + 8 * U * (abs(half) + abs(room.e[a]))
+        coupling += _square(abs(room.e[a] - half) + error)
+        toward = s * room.v[a] if w[a] > 0.0 else -s * room.v[a]
+        slack = two + toward + s * room.v_error[a] + 8 * U * (two + abs(toward))
+        views += abs(w[a]) * max(0.0, slack)
+    for i in range(m):
+        if t[i] > 0.0:
+            held, pulled = three * room.high[i], s * room.pull[i]
+            modalities += t[i] * max(0.0, held + pulled + 8 * U * (held + abs(pulled)))
+    total = _square(1.0 - s) * value.loss + one * coupling + views + modalities
+    return total * (1.0 + g) + 4 * U * U * value.loss + SMALL, s
+
+
+@no_type_check
+@njit(cache=True)
+def _zeros(shared, lambdas, gap, s, room, bounds, j):
+    """Mark the views and modalities that no optimum uses; see `convexperc.certificate.screening.proved_zeros`."""
+    root = 2.0 * np.sqrt(gap) * (1.0 + 2.0**-40)
+    for a in range(room.v.size):
+        radius = root * np.sqrt(_square(shared.rows[a]) + lambdas[0]) * (1.0 + 2.0**-40)
+        if (s * (abs(room.v[a]) + room.v_error[a]) + radius) * (1.0 + 2.0**-40) < lambdas[1]:
+            bounds.zero_views[j, a] = True
+    for i in range(room.reach.size):
+        radius = root * np.sqrt(lambdas[0]) * shared.blocks[i] * (1.0 + 2.0**-40)
+        if (s * room.reach[i] + radius) * (1.0 + 2.0**-40) < lambdas[2]:
+            bounds.zero_modalities[j, i] = True

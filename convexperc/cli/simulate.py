@@ -1,0 +1,163 @@
+"""The command ``convexperc simulate``: draws data sets and single scenes into folders."""
+
+import os
+from enum import StrEnum
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from convexperc.cli.exits import exits
+from convexperc.cli.later import Later
+from convexperc.cli.progress import progress
+
+if TYPE_CHECKING:
+    from convexperc import simulation
+    from convexperc.report import records
+    from convexperc.simulation import SetName, Written
+else:
+    records, simulation = Later("report.records"), Later("simulation")
+
+app = typer.Typer(
+    name="simulate",
+    no_args_is_help=True,
+    help="Draw pictures of simulated robots' views, with masks of the object. Needs the extra sim.",
+)
+
+START = "starting to draw"
+
+
+class Example(StrEnum):
+    """A scene that was laid out by hand."""
+
+    RED_CAR = "red-car"
+    GRAY_CAR = "gray-car"
+    ICA_SIGN = "ica-sign"
+
+
+Folder = Annotated[
+    Path,
+    typer.Argument(
+        metavar="DIR", help="Where it goes: a new folder, or that of a run that was stopped and goes on."
+    ),
+]
+Seed = Annotated[int, typer.Option(help="Seed of the layouts.")]
+Workers = Annotated[int, typer.Option(help="Number of processes; any number draws the same.")]
+Width = Annotated[int, typer.Option(help="Width of a view in pixels.")]
+Height = Annotated[int, typer.Option(help="Height of a view in pixels.")]
+Objects = Annotated[
+    str | None, typer.Option(metavar="NAMES", help="Names of objects, with commas between them.")
+]
+Meshes = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR",
+        help="Folder with a folder of OBJ files for each object; it replaces or adds to the package's.",
+    ),
+]
+
+
+@app.command()
+@exits
+def physical(
+    folder: Folder,
+    seed: Seed = 0,
+    scenes: Annotated[int, typer.Option(help="Scenes of each object and level.")] = 6,
+    workers: Workers = 2,
+    width: Width = 160,
+    height: Height = 120,
+    objects: Objects = None,
+    meshes: Meshes = None,
+) -> bool:
+    """Draw small objects in a lab, seen by six rovers at five levels of obstruction."""
+    return _write_set("physical", folder, seed, scenes, workers, (width, height), objects, meshes)
+
+
+@app.command()
+@exits
+def case_study(
+    folder: Folder,
+    seed: Seed = 0,
+    scenes: Annotated[int, typer.Option(help="Scenes of each object.")] = 8,
+    workers: Workers = 2,
+    width: Width = 160,
+    height: Height = 120,
+    objects: Objects = None,
+    meshes: Meshes = None,
+) -> bool:
+    """Draw two cars and a sign in a park, seen by five robots of which three have a good view."""
+    return _write_set("case-study", folder, seed, scenes, workers, (width, height), objects, meshes)
+
+
+@app.command()
+@exits
+def scene(
+    description: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Description (JSON); see `simulate example`.")
+    ],
+    folder: Folder,
+    width: Width = 160,
+    height: Height = 120,
+    meshes: Meshes = None,
+) -> bool:
+    """Draw one scene that a file describes."""
+    start = perf_counter()
+    known = None if meshes is None else simulation.read_meshes(meshes)
+    asked = simulation.read_scene(description)
+    written = simulation.write_scene(folder, asked, simulation.Frame(width, height), meshes=known)
+    _report(folder, written, perf_counter() - start)
+    return True
+
+
+@app.command()
+@exits
+def example(
+    name: Annotated[Example, typer.Argument(metavar="NAME", help="red-car, gray-car or ica-sign.")] = (
+        Example.RED_CAR
+    ),
+) -> bool:
+    """Print the description of a scene, to start from; each scene in a manifest.json has one as well."""
+    found = next(one for one in simulation.SCENES if one.name == name.value)
+    typer.echo(records.json_bytes(simulation.scene_record(found)), nl=False)
+    return True
+
+
+def _write_set(
+    kind: "SetName",
+    folder: Path,
+    seed: int,
+    scenes: int,
+    workers: int,
+    size: tuple[int, int],
+    objects: str | None,
+    meshes: Path | None,
+) -> bool:
+    start = perf_counter()
+    known = None if meshes is None else simulation.read_meshes(meshes)
+    names = simulation.OBJECTS_OF[kind] if objects is None else tuple(objects.split(","))
+    request = simulation.Request(kind, seed, scenes, names, simulation.Frame(*size))
+    with progress(START, "drew") as (expect, step):
+
+        def advance(name: str, parts: int) -> None:
+            expect(parts)
+            step(name)
+
+        written = simulation.write_data_set(folder, request, meshes=known, workers=workers, progress=advance)
+    _report(folder, written, perf_counter() - start)
+    return True
+
+
+def _report(folder: Path, written: "Written", seconds: float) -> None:
+    """Say what was drawn, how fast, and what can be done with it."""
+    manifest = written.manifest
+    count = f"{written.pictures} views and references with masks of {len(manifest['scenes'])} scenes"
+    typer.echo(f"{count} in {os.fspath(folder)}")
+    if written.drawn_pictures:
+        each = seconds / written.drawn_pictures
+        typer.echo(f"drew {written.drawn_pictures} of them in {seconds:.1f} s, {each:.3f} s a picture")
+    else:
+        typer.echo("all of them were there already")
+    if len(manifest["references"]) > 1:
+        views = folder / "views" / manifest["scenes"][0]["name"]
+        typer.echo(f"try: convexperc recognize --references {folder / 'references'} --views {views}")

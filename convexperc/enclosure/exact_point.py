@@ -1,0 +1,92 @@
+"""A point in balls on its way back to the original data: as rationals, and rounded to float64."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import flint
+import numpy as np
+
+from convexperc.enclosure.balls import BallFrame, ExactData, Number, Numbers, times
+from convexperc.enclosure.central_path import Central
+from convexperc.enclosure.interval import Interval
+from convexperc.problem.arrays import Vector
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+
+
+@dataclass(frozen=True)
+class ExactPoint:
+    """The point behind an enclosure before any rounding, on the original data.
+
+    Attributes
+    ----------
+    w : n Fractions
+    t : m Fractions
+        u^i = t_i X_i' q where lambda1, lambda3 > 0; without meaning elsewhere.
+    q : n Fractions
+        The dual point's b is about -2 q.
+    value : Fraction
+        Upper bound of F at the point.
+    lower, upper : Fraction
+        lower <= F* <= upper <= value.
+    """
+
+    w: tuple[Fraction, ...]
+    t: tuple[Fraction, ...]
+    q: tuple[Fraction, ...]
+    value: Fraction
+    lower: Fraction
+    upper: Fraction
+
+    @classmethod
+    def of(cls, interval: Interval, scaling: Scaling) -> "ExactPoint":
+        """Take the point and the ends of a normalised interval."""
+        x, o, point = scaling.x, scaling.o, interval.point
+        t = point.t or [flint.arb(0)] * len(interval.frame.K)
+        ends = (_fraction(end, 2 * o) for end in (interval.value, interval.lower, interval.upper))
+        return cls(
+            tuple(_fraction(v, o - x) for v in point.w),
+            tuple(_fraction(v, -4 * x) for v in t),
+            tuple(_fraction(v, x + o) for v in point.q),
+            *ends,
+        )
+
+
+def _fraction(value: Number, exponent: int) -> Fraction:
+    """A ball without radius times 2^exponent."""
+    whole, own = (int(part) for part in value.mid().man_exp())
+    return whole * Fraction(2) ** (own + exponent)
+
+
+def float_point(
+    problem: Problem, data: ExactData, scaling: Scaling, frame: BallFrame, point: Central
+) -> tuple[Vector, np.ndarray]:
+    """The point (w, u) on the original data, rounded to nearest."""
+    unit = flint.arb(2) ** (scaling.o - scaling.x)
+    w, u = np.array([float(v * unit) for v in point.w]), np.zeros(problem.d)
+    if problem.lambda1 == 0.0:
+        return w, u
+    unit = unit * flint.arb(2) ** (-2 * scaling.x)
+    if problem.lambda3 == 0.0:
+        parts = [[v * unit for v in _least_norm(frame, point.w)]] * problem.m
+    else:
+        parts = [[weight * v * unit for v in point.q] for weight in point.t]
+    for columns, part in zip(problem.modalities, data.columns(parts), strict=True):
+        u[columns] = [float(v) for v in part]
+    return w, u
+
+
+def _least_norm(frame: BallFrame, w: Numbers) -> Numbers:
+    """The y with u = X'y of least norm for which Xu is the projection of w onto the range of X."""
+    inside = list(w)
+    if frame.null is not None:
+        gram = frame.null.transpose() * frame.null
+        outside = times(frame.null, times(gram.inv(), times(frame.null.transpose(), w)))
+        inside = [value - part for value, part in zip(w, outside, strict=True)]
+    y, rows = [flint.arb(0)] * frame.n, frame.rows
+    if rows:
+        block = flint.arb_mat([[frame.G[a, b] for b in rows] for a in rows])
+        found = block.mid().solve(flint.arb_mat([[inside[a].mid()] for a in rows]), algorithm="approx")
+        for k, row in enumerate(rows):
+            y[row] = found[k, 0].mid()
+    return y

@@ -1,0 +1,287 @@
+"""Exact witnesses of an interval of F*: a primal point, and a dual point that is feasible exactly.
+
+    maximise  D(a,b) = -a'o - ||a||^2/4 - ||b||^2/(4 lambda1)
+    s.t.      ||X a - b||_inf <= lambda2,      ||X_i' b||_2 <= lambda3  for every modality i
+
+Source: Boyd and Vandenberghe, Convex Optimization, section 5.1.
+"""
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from fractions import Fraction
+
+import flint
+import numpy as np
+
+from convexperc.certificate.duality import DualPoint
+from convexperc.certificate.rationals import PRIMES, Integers, integers, row_basis, solve
+from convexperc.enclosure.balls import BallFrame, precision
+from convexperc.enclosure.central_path import Central, CentralPath
+from convexperc.enclosure.dyadic import Dyadic, exact, exact_balls, power, root_down, root_up, shortened
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+from convexperc.solution.solution import Solution
+
+POINT_BITS = 100
+"""A least-squares point is rounded where that moves the residuals by 2^-100 of their size."""
+BITS = (128, 256, 512, 1024)
+"""Precisions tried in turn where no float64 point proves enough."""
+
+
+@dataclass(frozen=True, eq=False)
+class Data:
+    """The problem in exact numbers; X is stored as integers in units of 2^exponent."""
+
+    problem: Problem
+    X: Integers
+    exponent: int
+    o: Dyadic
+    lambda1: Fraction
+    lambda2: Fraction
+    lambda3: Fraction
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Data":
+        """Take the floats of a problem as the rationals that they are."""
+        lambda1, lambda2, lambda3 = (Fraction(value) for value in problem.lambdas)
+        return cls(problem, *integers(problem.X), exact(problem.o), lambda1, lambda2, lambda3)
+
+    def rows(self, x: Dyadic) -> Dyadic:
+        """X x."""
+        return Dyadic(self.X @ x.whole, self.exponent + x.exponent)
+
+    def columns(self, x: Dyadic) -> Dyadic:
+        """X' x."""
+        return Dyadic(self.X.T @ x.whole, self.exponent + x.exponent)
+
+    def squares(self, x: Dyadic) -> list[Fraction]:
+        """||x^i||^2 of each modality's part."""
+        parts = (x.part(columns) for columns in self.problem.modalities)
+        return [part.dot(part) for part in parts]
+
+    def objective(self, w: Dyadic, u: Dyadic) -> Fraction:
+        """F(w, u), its square roots rounded up."""
+        p, q = self.columns(w).plus(self.o, -1), self.rows(u).plus(w, -1)
+        total = p.dot(p) + self.lambda1 * q.dot(q)
+        total += self.lambda2 * int(sum(abs(w.whole))) * power(w.exponent)
+        if self.lambda3:
+            total += self.lambda3 * sum(map(root_up, self.squares(u)), Fraction(0))
+        return total
+
+
+_Primal = tuple[Fraction, Dyadic, Dyadic]
+"""F(w, u), w, u."""
+_Dual = tuple[Fraction, Dyadic, Dyadic]
+"""D(a, b), a, b."""
+
+
+class Witnesses:
+    """The least upper and the greatest lower bound so far, with their witnesses."""
+
+    def __init__(self, data: Data) -> None:
+        n, d = data.problem.n, data.problem.d
+        self.data = data
+        self.target = data.o.dot(data.o)
+        self.primal: _Primal = self.target, Dyadic.zeros(n), Dyadic.zeros(d)
+        self.dual: _Dual = Fraction(0), Dyadic.zeros(d), Dyadic.zeros(n)
+
+    def try_primal(self, w: Dyadic, u: Dyadic) -> None:
+        """Keep the point if F is lower there."""
+        value = self.data.objective(w, u)
+        if value < self.primal[0]:
+            self.primal = value, w, u
+
+    def try_dual(self, a: Dyadic, b: Dyadic) -> None:
+        """Try every feasible point that (a, b) suggests."""
+        for coupling in _couplings(self.data, a, b):
+            found = _scaled(self.data, a, coupling)
+            if found is not None and found[0] > self.dual[0]:
+                self.dual = found
+
+    def within(self, relative: float, absolute: float, width: Fraction) -> bool:
+        """Whether the interval is as narrow as one of three bounds."""
+        reached, low = self.primal[0] - self.dual[0], self.dual[0]
+        return reached <= max(Fraction(relative) * low, Fraction(absolute) * self.target, width)
+
+
+def witnesses(data: Data, solution: Solution) -> Witnesses:
+    """Bounds as narrow as the solution's certificate asks, by the cheapest points that give them."""
+    best, certificate = Witnesses(data), solution.certificate
+    if data.lambda2 == 0 and (data.lambda1 == 0 or data.lambda3 == 0):
+        _least_squares(best)
+        return best
+    if np.isfinite(solution.w).all() and np.isfinite(solution.u).all():
+        w, u = exact(solution.w), exact(solution.u)
+        best.try_primal(w, u)
+        p, q = data.columns(w).plus(data.o, -1), data.rows(u).plus(w, -1)
+        best.try_dual(p.times(Fraction(2)), q.times(2 * data.lambda1))
+    if certificate.dual is not None:
+        best.try_dual(*_suggested(data, certificate.dual))
+    width = Fraction(0)
+    if math.isfinite(certificate.upper) and not certificate.certified:
+        width = Fraction(certificate.upper) - Fraction(certificate.lower)
+    tolerances = certificate.relative_tolerance, certificate.absolute_tolerance
+    for bits in BITS:
+        if best.within(*tolerances, width):
+            break
+        with precision(bits), suppress(ZeroDivisionError):  # a matrix singular at these bits: take more
+            for point in _central_points(data.problem, bits):
+                _try_central(best, point)
+                if best.within(*tolerances, width):
+                    break
+    return best
+
+
+def _suggested(data: Data, dual: DualPoint) -> tuple[Dyadic, Dyadic]:
+    """(a, b) on the original data of the certificate's normalised dual point, with b = X a - v exactly."""
+    scaling, scale = Scaling.of(data.problem), Fraction(dual.scale)
+    a = exact(dual.a).times(scale * power(scaling.o))
+    v = exact(dual.v.mid).times(scale * power(scaling.x + scaling.o))
+    return a, data.rows(a).plus(v, -1)
+
+
+def _couplings(data: Data, a: Dyadic, b: Dyadic) -> Iterator[Dyadic]:
+    """The b to try with a: those that satisfy the constraints that no scale can repair."""
+    if data.lambda1 == 0 or data.lambda3 == 0:
+        yield Dyadic.zeros(data.problem.n)
+        if data.lambda1 > 0:
+            yield _into_null_space(data, b)
+        return
+    Xa = data.rows(a)
+    if data.lambda2 == 0:
+        yield Xa
+        return
+    yield Xa.plus(Xa.plus(b, -1).clipped(data.lambda2), -1)
+    yield b
+    longest = max(data.squares(data.columns(b)))
+    if longest > data.lambda3**2:
+        yield b.times(shortened(root_down(data.lambda3**2 / longest)))
+
+
+def _scaled(data: Data, a: Dyadic, b: Dyadic) -> _Dual | None:
+    """The best feasible multiple of (a, b) with its D, or None where that proves nothing."""
+    linear, quadratic = -a.dot(data.o), a.dot(a) / 4
+    if data.lambda1:
+        quadratic += b.dot(b) / (4 * data.lambda1)
+    if linear <= 0:
+        return None
+    s = linear / (2 * quadratic)
+    longest = data.rows(a).plus(b, -1).largest()
+    if longest:
+        s = min(s, data.lambda2 / longest)
+    for square in data.squares(data.columns(b)):
+        if square * s * s > data.lambda3**2:
+            s = root_down(data.lambda3**2 / square)
+    s = shortened(s)
+    return (s * linear - s * s * quadratic, a.times(s), b.times(s)) if s else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Range:
+    """The range of X as that of M = X X_B', B a row basis, in integers; M is in units of 4^exponent."""
+
+    B: Integers
+    M: Integers
+
+    @classmethod
+    def of(cls, data: Data) -> "_Range":
+        """Find a basis modulo a prime and verify over the integers that it spans every row."""
+        for prime in PRIMES:
+            basis = row_basis(data.problem.X, prime)
+            B = data.X[list(basis.rows)]
+            block, others = list(basis.columns), [i for i in range(data.problem.n) if i not in basis.rows]
+            if not others:
+                return cls(B, data.X @ B.T)
+            rest = data.X[others]
+            if basis.rank:
+                Y, det = solve(B[:, block].T.copy(), rest[:, block].T.copy())
+                rest = B.T @ Y - det * rest.T
+            if not rest.any():
+                return cls(B, data.X @ B.T)
+        raise ArithmeticError("no prime gave the rank over the rationals")
+
+    def fitted(self, right: Integers) -> tuple[Integers, int]:
+        """(y, det) with M'M y = det right, det > 0."""
+        if not self.B.shape[0]:
+            return np.full(0, 0, dtype=object), 1
+        Y, det = solve(self.M.T @ self.M, right[:, None])
+        return (Y[:, 0], det) if det > 0 else (-Y[:, 0], -det)
+
+
+def _into_null_space(data: Data, b: Dyadic) -> Dyadic:
+    """The orthogonal projection of b onto {X'b = 0}, times a number within 2^-80 of 1."""
+    span = _Range.of(data)
+    if span.B.shape[0] == data.problem.n:
+        return Dyadic.zeros(data.problem.n)
+    if not span.B.shape[0]:
+        return b
+    y, det = span.fitted(span.M.T @ b.whole)
+    inside = Dyadic(b.whole * det - span.M @ y, b.exponent)
+    return inside.times(shortened(Fraction(1, det)))
+
+
+def _least_squares(best: Witnesses) -> None:
+    """The equality case min_w ||X'w - o||^2, both bounds from its exact solution.
+
+    Formula: with M = X X_B' and M'M t = X_B o, the point u = X_B' t, w = X u = M t makes X'w the projection
+    of o onto the rows; the residual r = o - X'w gives a = -2 r, b = 0. t is rounded, r only scaled.
+    """
+    data, span = best.data, _Range.of(best.data)
+    t, det = span.fitted(span.B @ data.o.whole)
+    residual = data.o.whole * det - data.X.T @ (span.M @ t) if t.size else data.o.whole
+    a = Dyadic(-2 * residual, data.o.exponent).times(shortened(Fraction(1, det)))
+    best.try_dual(a, Dyadic.zeros(data.problem.n))
+    if not t.size or best.target == 0:
+        return
+    exponent = data.o.exponent - 3 * data.exponent
+    pull = int(max(abs(data.X.T @ span.M).ravel())) * t.size
+    digits = max(0, pull.bit_length() - int(max(abs(data.o.whole))).bit_length() + POINT_BITS)
+    point = Dyadic(t * (1 << digits) // det, exponent - digits)
+    u = Dyadic(span.B.T @ point.whole, point.exponent + data.exponent)
+    w = data.rows(u)
+    best.try_primal(w, u if data.lambda1 else Dyadic.zeros(data.problem.d))
+
+
+def _central_points(problem: Problem, bits: int) -> Iterator[tuple[Scaling, Central]]:
+    """Points near the central path, nearer and nearer to the optimum, in the precision in force."""
+    scaling = Scaling.of(problem)
+    frame = BallFrame.of(problem, (scaling.x, scaling.o))
+    path = CentralPath(frame)
+    for share in range(40, bits, 24):
+        while path.mu > frame.target * flint.arb(2) ** -share:
+            path.advance()
+        yield scaling, path.point()
+
+
+def _try_central(best: Witnesses, found: tuple[Scaling, Central]) -> None:
+    """Try a point of the central path: u^i = t_i X_i' q, a = 2(X'w - o), b = -2q."""
+    (scaling, point), data = found, best.data
+    w = exact_balls(point.w, scaling.o - scaling.x)
+    a = data.columns(w).plus(data.o, -1).times(Fraction(2))
+    if data.lambda1 == 0 or data.lambda3 == 0:
+        best.try_primal(w, _nearest_coupling(data, w))
+        best.try_dual(a, w.times(-2 * data.lambda1))
+        return
+    u = Dyadic.zeros(data.problem.d)
+    for weight, columns in zip(point.t, data.problem.modalities, strict=True):
+        pulled = exact_balls([(weight * v).mid() for v in point.q], scaling.o - 3 * scaling.x)
+        part = Dyadic.zeros(data.problem.d)
+        part.whole[columns] = (data.X.T @ pulled.whole)[columns]
+        u = u.plus(Dyadic(part.whole, pulled.exponent + data.exponent))
+    best.try_primal(w, u)
+    best.try_dual(a, exact_balls(point.q, scaling.x + scaling.o).times(Fraction(-2)))
+
+
+def _nearest_coupling(data: Data, w: Dyadic) -> Dyadic:
+    """The u of lambda3 = 0, for which X u is the projection of w onto the range of X; 0 if uncoupled."""
+    if data.lambda1 == 0:
+        return Dyadic.zeros(data.problem.d)
+    span = _Range.of(data)
+    y, det = span.fitted(span.M.T @ w.whole)
+    if not y.size:
+        return Dyadic.zeros(data.problem.d)
+    digits = int(max(abs(span.M).ravel())).bit_length() + POINT_BITS
+    whole = span.B.T @ (y * (1 << digits) // det)
+    return Dyadic(whole, w.exponent - data.exponent - digits)

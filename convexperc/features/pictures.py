@@ -1,0 +1,241 @@
+"""Pictures in, 8-bit RGB out: read with OpenCV, converted by stated integer formulas, resized."""
+
+import operator
+import os
+import struct
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from jaxtyping import UInt8
+from numpy.typing import NDArray
+
+from convexperc.errors import ImageError
+from convexperc.features.picture_header import FORMATS, jpeg_size
+
+Picture = UInt8[np.ndarray, "h w 3"]
+GrayPicture = UInt8[np.ndarray, "h w"]
+
+# Pixels a side, pixels in all (64 Mi: 192 MiB as RGB), and bytes a file (16-bit RGBA without compression).
+MIN_SIDE = 8
+MAX_PIXELS = 2**26
+MAX_BYTES = 8 * MAX_PIXELS
+SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp"})
+
+
+def read_image(path: str | os.PathLike[str]) -> Picture:
+    """Read a PNG, JPEG, BMP, TIFF or WebP file as 8-bit RGB.
+
+    The format is told by the content, not by the name. The orientation that a JPEG (EXIF) or a TIFF
+    states is honoured; one in a PNG or WebP is not. Of several pages or frames the first is read.
+    Gray, 16-bit and transparent pictures are converted as `as_rgb` does.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; any name that the file system can hold.
+
+    Returns
+    -------
+    ndarray of uint8, (h, w, 3), read-only
+        Intensities 0..255 of R, G, B.
+
+    Raises
+    ------
+    ImageError
+        Missing, a directory, empty, of another format, truncated (a JPEG without its end marker, a PNG
+        without IEND or with a wrong checksum), damaged, with a side under `MIN_SIDE` or more than
+        `MAX_PIXELS` pixels (judged by the header, before any pixel is decoded), floating-point pixels,
+        or transparency that the decoder would lose (TIFF, or one transparent level in a gray PNG).
+        A complete JPEG with wrong bytes in its middle has no checksum and cannot be told from a sound one.
+    """
+    name = f"picture {os.fspath(path)}"
+    data = _read_bytes(Path(path), name)
+    parse = next((parse for signature, parse in FORMATS if data.startswith(signature)), None)
+    if parse is None:
+        raise ImageError(
+            name, value=data[:8], must="must be PNG, JPEG, BMP, TIFF or WebP", remedy="Convert it."
+        )
+    try:
+        height, width = parse(data)
+    except struct.error:
+        raise ImageError(
+            name, value="a truncated file", must="must be complete", remedy="Copy it again."
+        ) from None
+    except ValueError as problem:
+        raise ImageError(name, value=str(problem), must="must be complete and undamaged") from None
+    _check_size(height, width, name)
+    # IMREAD_UNCHANGED keeps alpha and 16 bits but ignores EXIF; a JPEG has neither, IMREAD_COLOR turns it.
+    flags = cv2.IMREAD_COLOR if parse is jpeg_size else cv2.IMREAD_UNCHANGED
+    try:
+        decoded: NDArray[Any] | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    except cv2.error:
+        decoded = None
+    if decoded is None:
+        raise ImageError(
+            name, value="pixels that do not decode", must="must be undamaged", remedy="Save it again."
+        )
+    if decoded.ndim == 3:
+        decoded = decoded[..., ::-1] if decoded.shape[2] == 3 else decoded[..., [2, 1, 0, 3]]
+    return as_rgb(decoded, name)
+
+
+def as_rgb(array: object, name: str) -> Picture:
+    """Convert an array of pixels to 8-bit RGB, exactly.
+
+    * 16 bits to 8: ``v >> 8``, so that ``x * 256`` and ``x * 257`` both give back ``x``.
+    * Gray: R = G = B = gray.
+    * Alpha: composited on black, ``(c * a + 127) // 255``, after the reduction to 8 bits.
+
+    Parameters
+    ----------
+    array : ndarray of uint8 or uint16
+        (h, w) or (h, w, 1) gray, (h, w, 3) RGB, (h, w, 4) RGB and alpha. OpenCV's own arrays are
+        B, G, R: reverse their last axis first.
+    name : str
+        How an error names the picture.
+
+    Returns
+    -------
+    ndarray of uint8, (h, w, 3), read-only, a copy
+
+    Raises
+    ------
+    ImageError
+        Not an array, another type of number (floats are refused, because local binary patterns of
+        floats differ from those of 8-bit values), another shape, or an absurd size.
+    """
+    if not isinstance(array, np.ndarray):
+        raise ImageError(name, value=type(array).__name__, must="must be a NumPy array of uint8 or uint16")
+    pixels: NDArray[Any] = np.asarray(array)
+    if pixels.dtype.kind != "u" or pixels.dtype.itemsize > 2:
+        raise ImageError(
+            name,
+            value=pixels.dtype.name,
+            must="must hold uint8 or uint16",
+            remedy="Scale to 0..255, round and convert to uint8: texture features of floats would differ.",
+        )
+    if pixels.ndim == 2:
+        pixels = pixels[..., np.newaxis]
+    if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4):
+        raise ImageError(
+            name, value=array.shape, must="must have the shape (h, w), (h, w, 1), (h, w, 3) or (h, w, 4)"
+        )
+    height, width, channels = pixels.shape
+    _check_size(height, width, name)
+    if pixels.dtype.itemsize == 2:
+        pixels = np.right_shift(pixels, 8, out=np.empty(pixels.shape, dtype=np.uint8), casting="unsafe")
+    rgb = np.empty((height, width, 3), dtype=np.uint8)
+    if channels == 4:
+        _composite(pixels, rgb)
+    else:
+        rgb[...] = pixels
+    rgb.flags.writeable = False
+    return rgb
+
+
+def to_gray(image: Picture) -> GrayPicture:
+    """Luma of ITU-R BT.601, rounded: ``(299 R + 587 G + 114 B + 500) // 1000``, in integers.
+
+    Integers make it the same for every OpenCV and processor, and keep a gray picture as it is.
+    """
+    red, green, blue = cv2.split(image)
+    luma = np.multiply(red, 299, dtype=np.uint32)
+    luma += np.multiply(green, 587, dtype=np.uint32)
+    luma += np.multiply(blue, 114, dtype=np.uint32)
+    luma += 500
+    luma //= 1000
+    gray: NDArray[np.uint8] = luma.astype(np.uint8)
+    return gray
+
+
+def resize(image: Picture, size: tuple[int, int]) -> UInt8[np.ndarray, "height width 3"]:
+    """Bring a picture to ``size``; the ratio of its sides is not kept.
+
+    A side that shrinks is averaged over areas (``cv2.INTER_AREA``), then a side that grows is
+    interpolated linearly (``cv2.INTER_LINEAR``).
+
+    Parameters
+    ----------
+    image : ndarray of uint8, (h, w, 3)
+    size : tuple of int
+        (height, width) in pixels.
+
+    Returns
+    -------
+    ndarray of uint8, (height, width, 3), read-only
+
+    Raises
+    ------
+    ImageError
+        `size` is not two integers, or absurd.
+    """
+    try:
+        height, width = (operator.index(side) for side in size)
+    except (TypeError, ValueError):
+        raise ImageError("size", value=size, must="must be two integers, (height, width)") from None
+    _check_size(height, width, "size")
+    smaller = (min(width, image.shape[1]), min(height, image.shape[0]))
+    result = cv2.resize(image, smaller, interpolation=cv2.INTER_AREA)
+    if smaller != (width, height):
+        result = cv2.resize(result, (width, height), interpolation=cv2.INTER_LINEAR)
+    rgb = result.astype(np.uint8, copy=False)
+    rgb.flags.writeable = False
+    return rgb
+
+
+def list_images(folder: str | os.PathLike[str]) -> list[Path]:
+    """Pictures directly in `folder`, sorted by name (code points); hidden files are left out.
+
+    Raises
+    ------
+    ImageError
+        `folder` is not a readable directory, or holds no file with one of `SUFFIXES` (in any case).
+    """
+    name = f"folder {os.fspath(folder)}"
+    try:
+        entries = sorted(Path(folder).iterdir(), key=lambda entry: entry.name)
+    except (OSError, ValueError) as problem:
+        raise ImageError(name, value=str(problem), must="must be a readable folder") from None
+    pictures = [
+        e for e in entries if e.suffix.lower() in SUFFIXES and not e.name.startswith(".") and e.is_file()
+    ]
+    if not pictures:
+        wanted = f"must hold a picture ({', '.join(sorted(SUFFIXES))})"
+        raise ImageError(
+            name, value=f"{len(entries)} other entries", must=wanted, remedy="Is it the right folder?"
+        )
+    return pictures
+
+
+def _read_bytes(path: Path, name: str) -> bytes:
+    must = f"must be a readable file of 1 to {MAX_BYTES} bytes"
+    try:
+        if not path.is_file():
+            kind = "a directory" if path.is_dir() else "no such file"
+            raise ImageError(name, value=kind, must=must, remedy="Check the path.")
+        size = path.stat().st_size
+        if not 0 < size <= MAX_BYTES:
+            raise ImageError(name, value=f"{size} bytes", must=must)
+        return path.read_bytes()
+    except OSError as problem:
+        raise ImageError(name, value=problem.strerror, must=must, remedy="Check its permissions.") from None
+
+
+def _composite(rgba: UInt8[np.ndarray, "h w 4"], rgb: Picture) -> None:
+    """Fill `rgb` with the picture on black, one channel at a time to hold little memory."""
+    alpha = rgba[..., 3].astype(np.uint16)
+    for channel in range(3):
+        product = rgba[..., channel] * alpha
+        product += 127
+        product //= 255
+        rgb[..., channel] = product
+
+
+def _check_size(height: int, width: int, name: str) -> None:
+    if min(height, width) < MIN_SIDE or height * width > MAX_PIXELS:
+        must = f"must have sides of at least {MIN_SIDE} pixels and at most {MAX_PIXELS} pixels in all"
+        raise ImageError(
+            name, value=f"{height} x {width} (height x width)", must=must, remedy="Use another size."
+        )

@@ -1,0 +1,199 @@
+"""Files that come in: problems, answers and feature configurations, read strictly."""
+
+import json
+import math
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from convexperc.errors import FileFormatError, InputError
+from convexperc.features.configuration import FeatureConfiguration
+from convexperc.problem.arrays import Vector
+from convexperc.problem.problem import Problem
+
+NUMBER = "must be a finite number: a JSON number, or a C99 hex float in a string"
+LAMBDAS = ("lambda1", "lambda2", "lambda3")
+_HEX = re.compile(r"[+-]?0[xX](?:[0-9a-fA-F]+\.?[0-9a-fA-F]*|\.[0-9a-fA-F]+)(?:[pP][+-]?[0-9]+)?")
+
+
+@dataclass(frozen=True, eq=False)
+class ProblemFile:
+    """A problem with the id that its file gives it, or None."""
+
+    id: str | None
+    problem: Problem
+
+
+@dataclass(frozen=True, eq=False)
+class AnswerFile:
+    """Anybody's answer (w, u) to the problem of that id; what the file claims of it is not kept."""
+
+    id: str | None
+    w: Vector
+    u: NDArray[np.float64]
+
+
+def read_problem(path: str | os.PathLike[str]) -> ProblemFile:
+    """Read a problem file.
+
+    A JSON object with ``X`` (n rows of d numbers), ``o``, ``lambda1``, ``lambda2``, ``lambda3``; ``id``,
+    ``n``, ``d`` and ``modalities`` (see `Modalities.of`; one modality without) may be left out. A number is
+    a JSON number or a C99 hex float in a string.
+
+    Raises
+    ------
+    FileFormatError
+        Not readable, not JSON, a key that is unknown, missing or given twice, a number that is not finite,
+        rows of different lengths, an `n` or `d` that X does not have, or data that `Problem` refuses.
+    """
+    file, record = _object(path, ("X", "o", *LAMBDAS), ("id", "n", "d", "modalities"))
+    rows = _list(record["X"] or None, f"{file}: X", "must be a list of at least one row")
+    X = [_numbers(row, f"{file}: X[{i}]") for i, row in enumerate(rows)]
+    for i, row in enumerate(X):
+        if len(row) != len(X[0]):
+            must = f"must have the {len(X[0])} entries that X[0] has"
+            raise FileFormatError(f"{file}: X[{i}]", value=len(row), must=must)
+    for key, size in (("n", len(X)), ("d", len(X[0]) if X else 0)):
+        if key in record and (record[key] != size or type(record[key]) is not int):
+            raise FileFormatError(f"{file}: {key}", value=record[key], must=f"must be {size}, as X has it")
+    if "modalities" in record and record["modalities"] is None:
+        raise FileFormatError(f"{file}: modalities", value=None, must="must be sizes or columns, or left out")
+    o = _numbers(record["o"], f"{file}: o")
+    lambda1, lambda2, lambda3 = (_number(record[name], f"{file}: {name}") for name in LAMBDAS)
+    try:
+        problem = Problem(
+            X, o, modalities=record.get("modalities"), lambda1=lambda1, lambda2=lambda2, lambda3=lambda3
+        )
+    except InputError as error:
+        raise _placed(file, error) from None
+    return ProblemFile(_id(record, file), problem)
+
+
+def read_answer(path: str | os.PathLike[str], asked: ProblemFile) -> AnswerFile:
+    """Read an answer to `asked`: a JSON object with ``w`` and ``u``.
+
+    ``id``, ``objective`` and ``status`` may be there; the last two are claims and are not looked at.
+
+    Raises
+    ------
+    FileFormatError
+        As for `read_problem`; also another id than the problem's, or a w or u of another length.
+    """
+    file, record = _object(path, ("w", "u"), ("id", "objective", "status"))
+    given = _id(record, file)
+    if given is not None and asked.id is not None and given != asked.id:
+        raise FileFormatError(f"{file}: id", value=given, must=f"must be the problem's id {asked.id!r}")
+    point = {}
+    for key, length in (("w", asked.problem.n), ("u", asked.problem.d)):
+        point[key] = np.array(_numbers(record[key], f"{file}: {key}"), dtype=np.float64)
+        if point[key].size != length:
+            must = f"must have {length} entries to fit the problem"
+            raise FileFormatError(f"{file}: {key}", value=point[key].size, must=must)
+        point[key].flags.writeable = False
+    return AnswerFile(given, point["w"], point["u"])
+
+
+def read_configuration(path: str | os.PathLike[str]) -> FeatureConfiguration:
+    """Read a feature configuration: what `FeatureConfiguration.to_dict` gives, as JSON.
+
+    Raises
+    ------
+    FileFormatError
+        Not readable, not JSON, or values that `FeatureConfiguration.from_dict` refuses.
+    """
+    file, record = read_json(path)
+    try:
+        return FeatureConfiguration.from_dict(record)
+    except InputError as error:
+        raise _placed(file, error) from None
+
+
+class _Constant(str):
+    """NaN, Infinity or -Infinity as it stands in the file: no JSON, and no number wherever one is due."""
+
+
+def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
+    """Return the file's name for errors, and its JSON.
+
+    Raises
+    ------
+    FileFormatError
+        Not readable, not JSON, or a key that is given twice.
+    """
+    file = os.fspath(path)
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        keys = [key for key, _ in pairs]
+        for key in keys if len(set(keys)) < len(keys) else ():
+            if keys.count(key) > 1:
+                raise FileFormatError(f"{file}: key", value=key, must="must be given once")
+        return dict(pairs)
+
+    must = "must be a readable JSON file"
+    try:
+        text = Path(path).read_bytes().decode("utf-8-sig")
+        return file, json.loads(text, object_pairs_hook=once, parse_constant=_Constant)
+    except FileFormatError:
+        raise
+    except OSError as problem:
+        raise FileFormatError(file, value=problem.strerror, must=must, remedy="Check the path.") from None
+    except (ValueError, RecursionError) as problem:
+        raise FileFormatError(file, value=str(problem), must=must) from None
+
+
+def _object(
+    path: str | os.PathLike[str], needed: tuple[str, ...], optional: tuple[str, ...]
+) -> tuple[str, dict[str, Any]]:
+    """Load a JSON object that has all the needed keys and no unknown ones."""
+    file, record = read_json(path)
+    if not isinstance(record, dict):
+        raise FileFormatError(file, value=record, must="must hold a JSON object")
+    unknown = [key for key in record if key not in (*needed, *optional)]
+    if unknown:
+        must = f"must not have keys other than {', '.join((*needed, *optional))}"
+        raise FileFormatError(file, value=unknown, must=must, remedy="Remove or rename them.")
+    missing = [key for key in needed if key not in record]
+    if missing:
+        raise FileFormatError(file, value=list(record), must=f"must have the keys {', '.join(missing)}")
+    return file, record
+
+
+def _id(record: dict[str, Any], file: str) -> str | None:
+    if "id" in record and type(record["id"]) is not str:
+        raise FileFormatError(f"{file}: id", value=record["id"], must="must be a string")
+    return record.get("id")
+
+
+def _list(value: Any, place: str, must: str) -> list[Any]:
+    if not isinstance(value, list):
+        raise FileFormatError(place, value=value, must=must)
+    return value
+
+
+def _numbers(value: Any, place: str) -> list[float]:
+    entries = _list(value, place, "must be a list of numbers")
+    return [_number(entry, f"{place}[{i}]") for i, entry in enumerate(entries)]
+
+
+def _number(value: Any, place: str) -> float:
+    number = math.nan
+    try:
+        if type(value) in (int, float):
+            number = float(value)
+        elif isinstance(value, str) and _HEX.fullmatch(value):
+            number = float.fromhex(value)
+    except OverflowError:
+        pass
+    if not math.isfinite(number):
+        raise FileFormatError(place, value=value, must=NUMBER)
+    return number
+
+
+def _placed(file: str, error: InputError) -> FileFormatError:
+    """The same error, with the file's name."""
+    return FileFormatError(f"{file}: {error.what}", value=error.value, must=error.must, remedy=error.remedy)

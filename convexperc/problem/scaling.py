@@ -1,0 +1,139 @@
+"""Exact normalisation by powers of two, and its exact undoing.
+
+F is homogeneous in two ways. With X = s X_, o = t o_ and s, t powers of two,
+
+    lambda1 = s^2 lambda1_,  lambda2 = s t lambda2_,  lambda3 = s^2 t lambda3_
+    w = (t / s) w_,          u = (t / s^2) u_,         F = t^2 F_
+
+so that every solver may work on rows of norm about 1 and a target of norm about 1.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from convexperc.problem.arrays import FeatureVector, Matrix, Vector
+from convexperc.problem.problem import Problem
+
+LARGEST = 2.0**1000
+"""Scaled lambdas above this are cut here for solvers; a smaller lambda can only lower F*."""
+
+SMALLEST_NORMAL = 2.0**-1022
+"""Underflow errs by less, also where subnormal results are flushed to 0."""
+NORMAL = 1022
+"""2^e is a normal float for |e| below this."""
+
+Bounds = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """The exponents of s = 2^x and t = 2^o.
+
+    Attributes
+    ----------
+    x, o : int
+        Binary exponents taken out of X and of o.
+    """
+
+    x: int
+    o: int
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Scaling":
+        """Choose the exponents: the longest row of X, and o, get a norm in [1/2, 1)."""
+        return cls(_exponent(problem.X), _exponent(problem.o[None, :]))
+
+    def data(self, problem: Problem) -> tuple[Matrix, FeatureVector, float]:
+        """X_, o_, and a bound on the error of each of their entries (0 unless an entry underflowed)."""
+        X, o = _times_power(problem.X, -self.x), _times_power(problem.o, -self.o)
+        exact = np.array_equal(_times_power(X, self.x), problem.X) and np.array_equal(
+            _times_power(o, self.o), problem.o
+        )
+        return X, o, 0.0 if exact else SMALLEST_NORMAL
+
+    def lambdas(self, problem: Problem) -> tuple[Bounds, Bounds, Bounds]:
+        """lambda1_, lambda2_, lambda3_ as (lower, upper), equal unless one leaves the range of float64."""
+        exponents = (2 * self.x, self.x + self.o, 2 * self.x + self.o)
+        one, two, three = (_shifted(v, -e) for v, e in zip(problem.lambdas, exponents, strict=True))
+        return one, two, three
+
+    def point(self, w: Vector, u: FeatureVector) -> tuple[Vector, FeatureVector]:
+        """(w_, u_) of a point (w, u) on the original data."""
+        with np.errstate(over="ignore", under="ignore"):
+            return _times_power(w, self.x - self.o), _times_power(u, 2 * self.x - self.o)
+
+    def point_back(self, w: Vector, u: FeatureVector) -> tuple[Vector, FeatureVector]:
+        """(w, u) on the original data of a point (w_, u_)."""
+        with np.errstate(over="ignore", under="ignore"):
+            return _times_power(w, self.o - self.x), _times_power(u, self.o - 2 * self.x)
+
+    def dual(self, a: FeatureVector, b: Vector) -> tuple[FeatureVector, Vector]:
+        """(a_, b_) of a dual point (a, b): a = t a_ and b = s t b_."""
+        with np.errstate(over="ignore", under="ignore"):
+            return _times_power(a, -self.o), _times_power(b, -self.x - self.o)
+
+    def dual_back(self, a: FeatureVector, b: Vector) -> tuple[FeatureVector, Vector]:
+        """(a, b) on the original data of a dual point (a_, b_)."""
+        with np.errstate(over="ignore", under="ignore"):
+            return _times_power(a, self.o), _times_power(b, self.x + self.o)
+
+    def value_back(self, bounds: Bounds) -> Bounds:
+        """Bounds of F on the original data from bounds of F_, rounded outward where that is no float."""
+        lower, upper = bounds
+        low, high = _shifted(lower, 2 * self.o), _shifted(upper, 2 * self.o)
+        return low[0], high[1]
+
+    def gradient_back(self, bounds: Bounds) -> Bounds:
+        """Bounds of a lambda2 on the original data from bounds of lambda2_: lambda2 = s t lambda2_."""
+        lower, upper = bounds
+        return _shifted(lower, self.x + self.o)[0], _shifted(upper, self.x + self.o)[1]
+
+    def normalise(self, problem: Problem) -> Problem:
+        """The normalised problem for a solver: nearest floats, lambdas cut where no optimum changes.
+
+        With ||x^j|| < 1 and ||o|| < 1: lambda2 >= 2 gives w = 0; and ||b||_inf <= 2 + lambda2 at the optimum,
+        so that lambda3 >= n (2 + lambda2) gives u = 0. Only lambda1 beyond `LARGEST` is really cut.
+        """
+        X, o, _ = self.data(problem)
+        one, two, three = (min(high, LARGEST) for _, high in self.lambdas(problem))
+        two, three = min(two, 4.0), min(three, 8.0 * problem.n)
+        return Problem(X, o, modalities=problem.modalities, lambda1=one, lambda2=two, lambda3=three)
+
+
+def _exponent(rows: Matrix) -> int:
+    """Binary exponent e of the longest row: 2^-e times its norm lies in [1/2, 1)."""
+    largest = float(np.abs(rows).max())
+    if largest == 0.0:
+        return 0
+    first = math.frexp(largest)[1]
+    norms = np.linalg.norm(_times_power(rows, -first), axis=1)
+    return first + math.frexp(float(norms.max()))[1]
+
+
+def _times_power(values: NDArray[np.float64], exponent: int) -> NDArray[np.float64]:
+    """Values * 2^exponent; one multiplication where the power is a normal float, as it rounds alike."""
+    if abs(exponent) < NORMAL:
+        return values * math.ldexp(1.0, exponent)
+    return np.asarray(np.ldexp(values, exponent))
+
+
+def _shifted(value: float, exponent: int) -> Bounds:
+    """Value * 2^exponent, value >= 0, as (lower, upper) floats."""
+    try:
+        moved = math.ldexp(value, exponent)
+    except OverflowError:
+        return LARGEST, math.inf
+    if not math.isfinite(moved) or _is_shifted(moved, value, exponent):
+        return moved, moved
+    return max(0.0, math.nextafter(moved, -math.inf)), math.nextafter(moved, math.inf)
+
+
+def _is_shifted(moved: float, value: float, exponent: int) -> bool:
+    """Whether moved = value * 2^exponent: only underflow rounds, and its undoing shows it."""
+    try:
+        return math.ldexp(moved, -exponent) == value
+    except OverflowError:
+        return False

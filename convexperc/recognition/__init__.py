@@ -1,0 +1,1 @@
+"""From answers to a label that is proved or not claimed."""

@@ -1,0 +1,208 @@
+"""The outcome for one set of views: a label that is proved or not claimed, and the rankings behind it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from convexperc.errors import ProblemError
+from convexperc.problem.arrays import FeatureVector, Vector, euclidean_length
+from convexperc.recognition.decision import Decision, Intervals, costs
+from convexperc.solution.answers import Answers
+from convexperc.solution.solution import Solution, Status
+
+SHORT, SLACK = 1e-140, 2.0**-30
+"""Lengths below this, or above its inverse, are not squared; relative error charged to those that are."""
+
+
+class Verdict(Enum):
+    """What is known of the label."""
+
+    PROVED = "proved"
+    """The best optimum lies below every other one, by proof."""
+    UNDECIDED = "undecided"
+    """The intervals of several templates overlap."""
+    TIE = "tie"
+    """No effort could decide: interchangeable templates, or every optimum is w = u = 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """One object's name and its answer.
+
+    Attributes
+    ----------
+    name : str
+    answers : Answers
+    index : int
+        Its place in `answers`.
+    excluded : bool
+        Proved not to be the best; it may then have been left without a certified answer.
+    cost : (float, float)
+        Proved bounds of what decides, the lowest being best: F*, or F* / ||o||^2.
+    """
+
+    name: str
+    answers: Answers
+    index: int
+    excluded: bool
+    cost: tuple[float, float]
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Proved bounds of F*."""
+        return float(self.answers.lower[self.index]), float(self.answers.upper[self.index])
+
+    @property
+    def gap(self) -> float:
+        """Upper bound of F(w, u) - F*."""
+        return float(self.answers.gap[self.index])
+
+    @property
+    def status(self) -> Status:
+        """What is known of its answer."""
+        return self.answers.status(self.index)
+
+    @property
+    def w(self) -> Vector:
+        """Weights of the views, shape (n,)."""
+        return np.asarray(self.answers.w[self.index])
+
+    @property
+    def u(self) -> FeatureVector:
+        """Weights of the features, shape (d,)."""
+        return self.answers.u(self.index)
+
+    @property
+    def modality_norms(self) -> Float[np.ndarray, " m"]:
+        """||u^i||_2 of each modality."""
+        return np.asarray(self.answers.modality_norms[self.index])
+
+    @property
+    def solution(self) -> Solution:
+        """The answer with a certificate of its own, made on demand; see `Answers.solution`."""
+        return self.answers.solution(self.index)
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A robot or a modality with its weight.
+
+    Attributes
+    ----------
+    name : str
+    weight : float
+        w_i of a robot, ||u^i||_2 of a modality.
+    share : float
+        |weight| divided by the sum over all; 0 where all are 0.
+    proved_zero : bool
+        No optimum uses it, by proof.
+    """
+
+    name: str
+    weight: float
+    share: float
+    proved_zero: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Recognition:
+    """The outcome for one set of views.
+
+    Attributes
+    ----------
+    verdict : Verdict
+    label : str or None
+        The recognised object; None unless the verdict is `PROVED`.
+    candidates : tuple of str
+        The templates that may be the best, best first.
+    reason : str
+        Why the verdict is what it is.
+    names : tuple of str
+        The templates, in the order given.
+    answers : Answers
+        In the same order.
+    views : tuple of str
+        Names of the robots, in the order of the rows of X.
+    warnings : tuple of str
+        What a user should know before trusting the label.
+    decision : Decision
+        What the templates are compared by.
+    """
+
+    verdict: Verdict
+    label: str | None
+    candidates: tuple[str, ...]
+    reason: str
+    names: tuple[str, ...]
+    answers: Answers
+    views: tuple[str, ...]
+    warnings: tuple[str, ...]
+    decision: Decision = Decision.OBJECTIVE
+
+    @property
+    def costs(self) -> Intervals:
+        """Proved bounds of what decides, the lowest being best: F*, or F* / ||o||^2."""
+        return cost_bounds(self.answers, self.decision)
+
+    @property
+    def excluded(self) -> Bool[np.ndarray, " p"]:
+        """Which templates are proved not to be the best."""
+        lower, upper = self.costs
+        return np.asarray(lower > upper.min())
+
+    @property
+    def certified(self) -> bool:
+        """Whether every template is excluded or has a certified answer."""
+        return bool((self.excluded | self.answers.certified).all())
+
+    @property
+    def templates(self) -> tuple[Template, ...]:
+        """All templates, in the order given."""
+        excluded, (lower, upper) = self.excluded.tolist(), self.costs
+        return tuple(
+            Template(name, self.answers, j, excluded[j], (float(lower[j]), float(upper[j])))
+            for j, name in enumerate(self.names)
+        )
+
+    def template(self, name: str | None = None) -> Template:
+        """One template by its name; without one, the first candidate."""
+        wanted = self.candidates[0] if name is None else name
+        if wanted not in self.names:
+            raise ProblemError("template", value=wanted, must=f"must be one of {list(self.names)}")
+        return self.templates[self.names.index(wanted)]
+
+    def ranked_views(self, name: str | None = None) -> tuple[Ranked, ...]:
+        """Robots by |w_i|, largest first, for one template (default: the first candidate)."""
+        template = self.template(name)
+        return _ranked(self.views, template.w, self.answers.zero_views[template.index])
+
+    def ranked_modalities(self, name: str | None = None) -> tuple[Ranked, ...]:
+        """Modalities by ||u^i||_2, largest first, for one template (default: the first candidate)."""
+        template = self.template(name)
+        names = self.answers.projection.modalities.names
+        return _ranked(names, template.modality_norms, self.answers.zero_modalities[template.index])
+
+
+def _ranked(
+    names: Sequence[str], weights: NDArray[np.float64], zeros: NDArray[np.bool_]
+) -> tuple[Ranked, ...]:
+    total = float(np.abs(weights).sum())
+    order = np.argsort(-np.abs(weights), kind="stable")
+    shares = np.abs(weights) / total if total > 0.0 else np.zeros_like(weights)
+    return tuple(Ranked(names[i], float(weights[i]), float(shares[i]), bool(zeros[i])) for i in order)
+
+
+def cost_bounds(answers: Answers, decision: Decision) -> Intervals:
+    """Bound what decides; squared lengths that the projection does not bound are computed one by one."""
+    data = answers.projection
+    least, most = (bound.copy() for bound in data.squares)
+    if decision is Decision.EXPLAINED_SHARE:
+        for j in (~data.sound).nonzero()[0].tolist():
+            length = euclidean_length(data.template(j))
+            if length == 0.0 or SHORT < length < 1.0 / SHORT:
+                least[j], most[j] = length**2 * (1.0 - SLACK), length**2 * (1.0 + SLACK)
+    return costs(decision, (answers.lower, answers.upper), (least, most))

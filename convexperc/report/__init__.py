@@ -1,0 +1,1 @@
+"""Records, proof files, tables and the figure of what was found."""

@@ -1,0 +1,247 @@
+"""One figure of a recognition: the ranked views, the modalities, every object's optimum. Layout alone."""
+
+import io
+import math
+import os
+import textwrap
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from jaxtyping import UInt8
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from convexperc.errors import InputError
+from convexperc.features.pictures import MIN_SIDE, Picture, resize
+from convexperc.recognition.decision import Decision
+from convexperc.recognition.recognition import Ranked, Recognition
+from convexperc.solution.solution import Status
+
+KINDS = ("png", "svg")
+WIDTH, MARGIN, GUTTER = 11.0, 0.35, 0.18
+CELL, TALLEST, ACROSS = 2.15, 1.48, 6
+ABOVE, BELOW = 0.24, 0.56
+ROW, PANEL = 0.34, 0.95
+MOST_VIEWS, MOST_BARS = 24, 16
+LONGEST_SIDE = 360
+INK, QUIET, LINE, FAINT = "#1d2733", "#6b7683", "#d5dae0", "#eceef1"
+ACCENT, ALARM = "#0b6fb8", "#b3261e"
+STYLE: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",
+    "text.color": INK,
+    "svg.hashsalt": "convexperc",
+    "svg.fonttype": "path",
+    "text.parse_math": False,
+}
+
+
+def picture_kind(path: str | os.PathLike[str]) -> str:
+    """Tell by the suffix what `recognition_picture` is to draw: ``"png"`` or ``"svg"``.
+
+    Raises
+    ------
+    InputError
+        Another suffix.
+    """
+    kind = Path(path).suffix.lower().removeprefix(".")
+    if kind not in KINDS:
+        raise InputError(f"picture {os.fspath(path)}", value=kind, must="must end in .png or .svg")
+    return kind
+
+
+def recognition_picture(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
+    """Draw a recognition; the same input gives the same bytes.
+
+    Parameters
+    ----------
+    recognition : Recognition
+    views : mapping of str to uint8 (h, w, 3)
+        The picture of each of the recognition's views.
+    kind : {"png", "svg"}
+
+    Raises
+    ------
+    InputError
+        A view has no picture, or another `kind`.
+    """
+    if kind not in KINDS:
+        raise InputError("kind", value=kind, must=f"must be one of {KINDS}")
+    missing = [name for name in recognition.views if name not in views]
+    if missing:
+        raise InputError("views", value=missing, must="must hold a picture of every view")
+    with mpl.rc_context(STYLE), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
+        return _draw(_Sheet.of(recognition, views), recognition, views, kind)
+
+
+@dataclass(frozen=True)
+class _Sheet:
+    """What goes where, in inches from the top left corner."""
+
+    figure: Figure
+    height: float
+    shown: int
+    columns: int
+    cell: float
+    picture: float
+    panels: float
+
+    @classmethod
+    def of(cls, recognition: Recognition, views: Mapping[str, Picture]) -> "_Sheet":
+        shown = min(len(recognition.views), MOST_VIEWS)
+        rows = math.ceil(shown / ACROSS)
+        columns = math.ceil(shown / rows)
+        cell = min(CELL, (WIDTH - 2 * MARGIN + GUTTER) / columns)
+        tallest = max(views[name].shape[0] / views[name].shape[1] for name in recognition.views)
+        picture = min(TALLEST, tallest * (cell - GUTTER))
+        panels = 1.55 + rows * (ABOVE + picture + BELOW)
+        bars = max(len(recognition.names), len(recognition.ranked_modalities()), 3)
+        height = panels + PANEL + ROW * min(bars, MOST_BARS) + 0.3 * bool(recognition.warnings)
+        figure = Figure(figsize=(WIDTH, height), dpi=150, facecolor="white")
+        FigureCanvasAgg(figure)
+        return cls(figure, height, shown, columns, cell, picture, panels)
+
+    def axes(self, left: float, top: float, width: float, height: float) -> Axes:
+        box = left / WIDTH, 1.0 - (top + height) / self.height, width / WIDTH, height / self.height
+        return self.figure.add_axes(box)
+
+    def text(self, left: float, top: float, text: str, size: float, **style: Any) -> None:
+        self.figure.text(left / WIDTH, 1.0 - top / self.height, text, fontsize=size, va="baseline", **style)
+
+    def bar(self, left: float, top: float, width: float, height: float, color: str) -> None:
+        corner = left / WIDTH, 1.0 - (top + height) / self.height
+        size = width / WIDTH, height / self.height
+        self.figure.add_artist(Rectangle(corner, *size, color=color, linewidth=0))
+
+    def corner(self, place: int) -> tuple[float, float]:
+        """Left and top of the view at this place of the ranking."""
+        row, column = divmod(place, self.columns)
+        return MARGIN + column * self.cell, 1.4 + row * (ABOVE + self.picture + BELOW)
+
+
+def _draw(sheet: _Sheet, recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
+    _title(sheet, recognition)
+    ranking = recognition.ranked_views()
+    for place, view in enumerate(ranking[: sheet.shown]):
+        _view(sheet, place, view, views[view.name])
+    best = recognition.candidates[0]
+    _modalities(sheet, recognition.ranked_modalities()[:MOST_BARS], best)
+    _objectives(sheet, recognition)
+    if recognition.warnings:
+        warning = textwrap.shorten("Warning: " + " ".join(recognition.warnings), 165, placeholder=" …")
+        sheet.text(MARGIN, sheet.height - 0.16, warning, 7.5, color=ALARM)
+    stream = io.BytesIO()
+    metadata = {"Date": None} if kind == "svg" else None
+    sheet.figure.savefig(stream, format=kind, metadata=metadata, dpi=150)
+    return stream.getvalue()
+
+
+def _title(sheet: _Sheet, recognition: Recognition) -> None:
+    verdict = recognition.verdict.value
+    head, color = f"No label: {verdict}", ALARM
+    if recognition.label is not None:
+        head, color = _fitted(recognition.label, WIDTH - 2 * MARGIN, 21.0), INK
+    sheet.text(MARGIN, 0.5, head, 19.0, weight="bold", color=color)
+    reason = textwrap.shorten(f"{verdict}: {recognition.reason}", 140, placeholder=" …")
+    sheet.text(MARGIN, 0.78, reason, 10.0, color=QUIET)
+    heading = f"Views by weight |w|, for {_fitted(recognition.candidates[0], 4.5, 10.0)}"
+    if len(recognition.views) > sheet.shown:
+        heading += f"; the first {sheet.shown} of {len(recognition.views)}"
+    sheet.text(MARGIN, 1.22, heading, 10.0, weight="bold")
+
+
+def _view(sheet: _Sheet, place: int, view: Ranked, picture: Picture) -> None:
+    left, top = sheet.corner(place)
+    width = sheet.cell - GUTTER
+    sheet.text(left, top + 0.16, f"{place + 1}  {_fitted(view.name, width - 0.25, 9.0)}", 9.0)
+    axes = sheet.axes(left, top + ABOVE, width, sheet.picture)
+    axes.imshow(_small(picture), alpha=0.3 if view.proved_zero else 1.0, interpolation="antialiased")
+    axes.set_anchor("NW")
+    axes.set_axis_off()
+    below = top + ABOVE + sheet.picture
+    sheet.bar(left, below + 0.07, width, 0.06, LINE)
+    sheet.bar(left, below + 0.07, width * view.share, 0.06, ACCENT)
+    if view.proved_zero:
+        sheet.text(left, below + 0.29, "proved zero", 8.5, color=QUIET, style="italic")
+    else:
+        sheet.text(left, below + 0.29, f"{100 * view.share:.1f} %   w = {view.weight:+.3g}", 8.5)
+
+
+def _modalities(sheet: _Sheet, ranking: tuple[Ranked, ...], best: str) -> None:
+    left, width, label, top = MARGIN, 3.9, 1.15, sheet.panels + 0.35
+    heading = f"Modalities by ||uⁱ||, for {_fitted(best, 1.6, 10.0)}"
+    sheet.text(left, sheet.panels + 0.2, heading, 10.0, weight="bold")
+    largest = max(entry.weight for entry in ranking) or 1.0
+    for row, entry in enumerate(ranking):
+        place = left + label, top + ROW * (row + 0.25)
+        longest, color = width - label - 1.0, QUIET if entry.proved_zero else ACCENT
+        sheet.bar(*place, longest, 0.5 * ROW, FAINT)
+        sheet.bar(*place, longest * entry.weight / largest, 0.5 * ROW, color)
+        line = top + ROW * (row + 0.5) + 0.045
+        sheet.text(left, line, _fitted(entry.name, label - 0.1, 9.0), 9.0)
+        if entry.proved_zero:
+            sheet.text(left + width - 0.92, line, "proved zero", 8.5, color=QUIET, style="italic")
+        else:
+            sheet.text(left + width - 0.92, line, f"{entry.weight:.3g}", 8.5)
+
+
+def _objectives(sheet: _Sheet, recognition: Recognition) -> None:
+    rows = sorted(recognition.templates, key=lambda template: template.cost[1])[:MOST_BARS]
+    left, label, numbers, top = 4.6, 1.55, 2.25, sheet.panels + 0.35
+    width = WIDTH - MARGIN - left
+    heading = "Optimum F* of each object, lowest first"
+    if recognition.decision is Decision.EXPLAINED_SHARE:
+        heading = "Share F*/||o||² that each object leaves, lowest first"
+    sheet.text(left, sheet.panels + 0.2, heading, 10.0, weight="bold")
+    sheet.text(left + width - 0.78, sheet.panels + 0.2, "proved within", 8.0, color=QUIET)
+    axes = sheet.axes(left + label, top, width - label - numbers, ROW * len(rows))
+    for row, template in enumerate(rows):
+        lower, upper = template.cost
+        color = ACCENT if template.name in recognition.candidates else QUIET
+        axes.plot([0, lower], [row, row], color=LINE, linewidth=1.2, zorder=1)
+        ends = [[upper - lower], [0.0]]
+        axes.errorbar(upper, row, xerr=ends, fmt="o", color=color, markersize=6, capsize=2.5)
+        line = top + ROW * (row + 0.5) + 0.045
+        weight = "bold" if template.name == recognition.label else "normal"
+        sheet.text(left, line, _fitted(template.name, label - 0.12, 9.0), 9.0, color=color, weight=weight)
+        sheet.text(left + width - numbers + 0.2, line, _digits(lower, upper), 8.5)
+        sound = template.excluded or template.status is Status.CERTIFIED
+        sheet.text(left + width - 0.78, line, f"{upper - lower:.1e}", 8.5, color=INK if sound else ALARM)
+    axes.set(ylim=(len(rows) - 0.5, -0.5), yticks=[])
+    axes.set_xlim(left=0.0)
+    axes.tick_params(axis="x", labelsize=7.5, color=LINE, labelcolor=QUIET)
+    for side, spine in axes.spines.items():
+        spine.set_visible(side == "bottom")
+        spine.set_color(LINE)
+
+
+def _digits(lower: float, upper: float) -> str:
+    """The upper end, with no more digits than the interval's width leaves meaning."""
+    width = upper - lower
+    digits = 12 if width == 0.0 else min(12, max(2, math.floor(math.log10(upper / width))))
+    return f"{upper:#.{digits}g}"
+
+
+def _fitted(text: str, inches: float, size: float) -> str:
+    """Leave out the middle of a text that is too long for its place."""
+    room = max(5, math.floor(inches * 72 / (0.6 * size)))
+    if len(text) <= room:
+        return text
+    tail = (room - 1) // 3
+    return f"{text[: room - 1 - tail]}…{text[-tail:]}"
+
+
+def _small(picture: Picture) -> UInt8[np.ndarray, "rows columns 3"]:
+    """The picture with no more pixels than the figure shows."""
+    height, width = picture.shape[:2]
+    scale = LONGEST_SIDE / max(height, width)
+    if scale >= 1.0:
+        return picture
+    return resize(picture, (max(MIN_SIDE, round(height * scale)), max(MIN_SIDE, round(width * scale))))

@@ -1,0 +1,95 @@
+"""The proof of an answer as a file that anybody can check without this library.
+
+A proof holds the problem, the claim lower <= F* <= upper, and two witnesses in exact numbers: a primal point
+(w, u) with F(w, u) <= upper, and a dual point (a, b) that is feasible exactly, with D(a, b) >= lower. Every
+number is a C99 hex float; those of the witnesses may have more digits than float64 holds.
+`verification.proof_checker` reads it, with integers alone and none of this code.
+"""
+
+import hashlib
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from convexperc.enclosure.witness import Data, witnesses
+from convexperc.errors import ProblemError
+from convexperc.problem.problem import Problem
+from convexperc.report.records import problem_record
+from convexperc.solution.solution import Solution
+
+SCHEMA = "convexperc/proof/1"
+
+
+def proof_record(solution: Solution) -> dict[str, Any]:
+    """Prove the bounds of a solution's F* by exact witnesses, as plain JSON values.
+
+    The interval is as narrow as the certificate's tolerances, or as its own interval where that is wider.
+    Where float64 points do not reach that, an interior point in longer numbers takes their place.
+
+    Parameters
+    ----------
+    solution : Solution
+
+    Returns
+    -------
+    dict
+        ``schema``; ``problem``, itself a problem file; ``sha256``, see `data_digest`; ``claim`` with
+        ``lower`` and ``upper``; ``primal`` with ``w`` and ``u``; ``dual`` with ``a`` and ``b``.
+
+    Raises
+    ------
+    ProblemError
+        F* may exceed the largest float64, so that no claim can be written.
+    """
+    problem, data = solution.problem, Data.of(solution.problem)
+    best = witnesses(data, solution)
+    (high, w, u), (low, a, b) = best.primal, best.dual
+    upper = _rounded_up(high)
+    if upper is None:
+        must = "must have an optimum below 1.8e308 for a claim in float64"
+        raise ProblemError("problem", value=problem, must=must, remedy="Scale o, lambda2 and lambda3 down.")
+    return {
+        "schema": SCHEMA,
+        "problem": problem_record(problem),
+        "sha256": data_digest(problem),
+        "claim": {"lower": _rounded_down(low).hex(), "upper": upper.hex()},
+        "primal": {"w": w.strings(), "u": u.strings()},
+        "dual": {"a": a.strings(), "b": b.strings()},
+    }
+
+
+def data_digest(problem: Problem) -> str:
+    """SHA-256 of the data, in hexadecimal.
+
+    Of the bytes: the schema's name in ASCII and a zero byte; n, d, m as int64; X row by row, o, lambda1,
+    lambda2, lambda3 as float64; for each modality the number of its columns and the columns as int64; all
+    little-endian.
+    """
+    columns = [np.arange(problem.d)[c] for c in problem.modalities]
+    parts = [
+        SCHEMA.encode("ascii") + b"\0",
+        np.array([problem.n, problem.d, problem.m], dtype="<i8").tobytes(),
+        *(np.ascontiguousarray(v, dtype="<f8").tobytes() for v in (problem.X, problem.o, problem.lambdas)),
+        *(np.array([c.size, *c], dtype="<i8").tobytes() for c in columns),
+    ]
+    return hashlib.sha256(b"".join(parts)).hexdigest()
+
+
+def _rounded_down(value: Fraction) -> float:
+    try:
+        near = float(value)
+    except OverflowError:
+        return math.nextafter(math.inf, 0.0)
+    return near if Fraction(near) <= value else math.nextafter(near, -math.inf)
+
+
+def _rounded_up(value: Fraction) -> float | None:
+    """The least float that is not below the value; None beyond the largest."""
+    try:
+        near = float(value)
+    except OverflowError:
+        return None
+    near = near if Fraction(near) >= value else math.nextafter(near, math.inf)
+    return near if math.isfinite(near) else None

@@ -1,0 +1,180 @@
+"""Tables and facts for the terminal, with bounds rounded outwards."""
+
+import os
+from collections.abc import Iterable, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from typing import TYPE_CHECKING, Literal
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from convexperc.certificate.certificate import Certificate
+    from convexperc.problem.arrays import Vector
+    from convexperc.problem.optimality import OptimalityResidual
+    from convexperc.problem.problem import Problem
+    from convexperc.recognition.recognition import Ranked, Recognition, Template
+    from convexperc.solution.solution import Solution
+
+MOST_ROWS = 30
+_WORDS = {"certified": "yes", "enclosed": "F* only", "not certified": "NO"}
+
+
+def console() -> Console:
+    """Return the terminal: names are printed as they are; a pipe is as wide as the tables need."""
+    out = Console(markup=False, highlight=False, emoji=False, soft_wrap=False)
+    if not out.is_terminal and "COLUMNS" not in os.environ:
+        out.width = 160
+    return out
+
+
+def show_recognition(out: Console, recognition: "Recognition") -> None:
+    """Every object, the rankings for the best one, and what is proved of its answer."""
+    best = recognition.template()
+    solution = best.solution
+    out.print(problem_line(solution.problem, None))
+    _show_objects(out, recognition)
+    _show_ranking(out, best.name, "robot", ">w", recognition.ranked_views())
+    _show_ranking(out, best.name, "modality", ">||u^i||", recognition.ranked_modalities())
+    count = int(recognition.answers.certified.sum())
+    facts = [
+        ("label", recognition.label or f"none; candidates: {', '.join(recognition.candidates)}"),
+        ("verdict", f"{recognition.verdict.value}: {recognition.reason}"),
+        *certificate_facts(solution.certificate),
+        ("objects", f"{count} of {len(recognition.names)} have a certified answer"),
+        ("solver", solver_claim(solution)),
+        *(("warning", warning) for warning in recognition.warnings),
+        ("scope", "proved for these features and lambdas, not that they tell the objects apart"),
+    ]
+    show_facts(out, f"Certificate for {best.name}", facts)
+
+
+def _show_objects(out: Console, recognition: "Recognition") -> None:
+    shares = recognition.decision.value != "objective"
+
+    def row(template: "Template") -> tuple[str, ...]:
+        lower, upper = template.interval
+        verdict = "excluded"
+        if template.name in recognition.candidates:
+            verdict = "candidate" if recognition.label is None else "label"
+        bounds = below(lower), above(upper), above(template.gap, 3)
+        share = (f"{below(1.0 - template.cost[1], 6)}",) if shares else ()
+        return (template.name, *share, *bounds, _WORDS[template.status.value], verdict)
+
+    rows = [row(template) for template in sorted(recognition.templates, key=lambda entry: entry.cost[1])]
+    share = (">explained at least",) if shares else ()
+    columns = "object", *share, ">F* at least", ">F* at most", ">gap", "certified", "verdict"
+    title = "Objects, largest explained share first" if shares else "Objects, lowest optimum first"
+    _show_table(out, title, columns, rows)
+
+
+def show_blocks(
+    out: Console,
+    problem: "Problem",
+    w: "Vector",
+    u: "Vector",
+    found: "Certificate",
+    residual: "OptimalityResidual | None" = None,
+) -> None:
+    """Every view and modality: its weight, its KKT residual if there is one, whether it is proved zero."""
+    views = [f"row {i}" for i in range(problem.n)], w, found.zero_views
+    norms = problem.modalities.norms(u)
+    modalities = problem.modalities.names, norms, found.zero_modalities
+    errors = (None, None) if residual is None else (residual.views, residual.modalities)
+    for title, weight, block, error in (
+        ("view", ">w", views, errors[0]),
+        ("modality", ">||u^i||", modalities, errors[1]),
+    ):
+        columns = [title, weight, *([] if error is None else [">KKT residual"]), "proved zero"]
+        rows = []
+        for i, (name, value, zero) in enumerate(zip(*block, strict=True)):
+            measure = [] if error is None else [f"{error[i]:.3g}"]
+            rows.append((name, _weight(value), *measure, "yes" if zero else ""))
+        _show_table(out, "Views" if title == "view" else "Modalities", columns, rows)
+
+
+def show_terms(out: Console, found: "Certificate") -> None:
+    """What each term adds to the gap, if the certificate says so."""
+    if found.terms is None:
+        return
+    names = "loss", "coupling", "view_norm", "modality_norm"
+    rows = [(name.replace("_", " "), above(getattr(found.terms, name), 3)) for name in names]
+    _show_table(out, "Gap by term, in units where ||o|| is about 1", ("term", ">at most"), rows)
+
+
+def show_facts(out: Console, title: str, facts: Iterable[tuple[str, str]]) -> None:
+    """Named facts, one below the other; a long one folds."""
+    grid = Table.grid(padding=(0, 2))
+    grid.add_column(no_wrap=True)
+    grid.add_column(overflow="fold")
+    for name, fact in facts:
+        grid.add_row(f"  {name}", fact)
+    out.print(Text(title, style="bold"))
+    out.print(grid)
+
+
+def problem_line(problem: "Problem", name: str | None) -> str:
+    """One line on a problem."""
+    parts = zip(problem.modalities.names, problem.modalities.sizes, strict=True)
+    sizes = ", ".join(f"{part} {size}" for part, size in parts)
+    lambdas = ", ".join(f"lambda{i} = {value:g}" for i, value in enumerate(problem.lambdas, 1))
+    head = "" if name is None else f"{name}: "
+    return f"{head}n = {problem.n} views, d = {problem.d} features ({sizes}), {lambdas}"
+
+
+def certificate_facts(found: "Certificate") -> list[tuple[str, str]]:
+    """What a certificate proves, in words."""
+    word = "certified" if found.certified else "NOT CERTIFIED"
+    relative, absolute = found.relative_tolerance, found.absolute_tolerance
+    return [
+        ("optimum", f"{below(found.lower)} <= F* <= {above(found.upper)}"),
+        ("answer", f"{below(found.objective[0])} <= F(w, u) <= {above(found.objective[1])}"),
+        ("gap", f"F(w, u) - F* <= {above(found.gap, 3)}, that is {above(found.relative_gap, 3)} of F*"),
+        ("method", found.method),
+        ("status", f"{word} (at most {relative:g} of F*, or {absolute:g} of ||o||^2)"),
+    ]
+
+
+def solver_claim(solution: "Solution") -> str:
+    """What the solver claims of its answer, marked as a claim."""
+    return f"{solution.solver}; its own word, not relied on: {solution.claim}"
+
+
+def below(value: float, digits: int = 12) -> str:
+    """A bound from below, rounded down."""
+    return f"{Context(prec=digits, rounding=ROUND_FLOOR).create_decimal_from_float(value):g}"
+
+
+def above(value: float, digits: int = 12) -> str:
+    """A bound from above, rounded up."""
+    return f"{Context(prec=digits, rounding=ROUND_CEILING).create_decimal_from_float(value):g}"
+
+
+def _show_ranking(out: Console, best: str, what: str, weight: str, ranking: "Iterable[Ranked]") -> None:
+    rows = []
+    for i, entry in enumerate(ranking, 1):
+        zero = "yes" if entry.proved_zero else ""
+        rows.append((str(i), entry.name, _weight(entry.weight), f"{100 * entry.share:.1f} %", zero))
+    _show_table(out, f"Ranking by {what} for {best}", (">rank", what, weight, ">share", "proved zero"), rows)
+
+
+def _show_table(out: Console, title: str, columns: Sequence[str], rows: Sequence[tuple[str, ...]]) -> None:
+    """Columns that start with ``>`` hold numbers; the first other one, of names, may fold."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    names = next(column for column in columns if not column.startswith(">"))
+    for column in columns:
+        side: Literal["left", "right"] = "right" if column.startswith(">") else "left"
+        table.add_column(column.removeprefix(">"), justify=side, no_wrap=column != names, overflow="fold")
+    for row in rows[:MOST_ROWS]:
+        table.add_row(*row)
+    out.print(Text(title, style="bold"))
+    out.print(table)
+    if len(rows) > MOST_ROWS:
+        out.print(f"... and {len(rows) - MOST_ROWS} more; --json has them all")
+    out.print()
+
+
+def _weight(value: float) -> str:
+    return f"{value:.6f}" if value == 0.0 or 1e-6 <= abs(value) < 1e6 else f"{value:.3g}"

@@ -1,0 +1,1 @@
+"""Answers with their proof: one template, all templates of a set of views, intervals of the weights."""

@@ -1,0 +1,149 @@
+"""One template from problem to proof: normalise, solve, undo, certify; ball arithmetic where that misses."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from convexperc.certificate.certificate import ABSOLUTE, RELATIVE, Certificate, Judge
+from convexperc.enclosure.enclosure import certify_in_balls, enclose, finite_start
+from convexperc.errors import SolverError
+from convexperc.problem.arrays import FeatureVector, Vector
+from convexperc.problem.formulation import residuals
+from convexperc.problem.problem import Problem
+from convexperc.problem.scaling import Scaling
+from convexperc.solution.solution import Candidate, Solution, Timings
+from convexperc.solvers.interface import Solver
+from convexperc.solvers.newton.method import Newton
+
+CLEARLY_BELOW = 1.0 - 1e-6
+"""A certified F(w, u) below this share of ||o||^2 = F(0, 0) needs no look at the zero point."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """A point with its certificate."""
+
+    w: Vector
+    u: FeatureVector
+    certificate: Certificate
+
+    def better_than(self, other: "_Answer") -> bool:
+        """Whether more is proved of this point."""
+        mine, theirs = self.certificate, other.certificate
+        return mine.gap <= theirs.gap or (mine.certified and not theirs.certified)
+
+
+def solve(
+    problem: Problem,
+    solver: Solver | None = None,
+    *,
+    escalate: bool | None = None,
+    relative_tolerance: float = RELATIVE,
+    absolute_tolerance: float = ABSOLUTE,
+) -> Solution:
+    """Minimise F and prove how well.
+
+    The solver sees the exactly normalised problem; its answer is scaled back exactly and judged on the data
+    as given. Entries that are proved to be 0 are set to 0. Where w = u = 0 is at least as good, by proof,
+    that is the answer.
+
+    Parameters
+    ----------
+    problem : Problem
+    solver : Solver, optional
+        `Newton` without: compiled on its first use, which takes some seconds once for an installation.
+    escalate : bool, optional
+        Where the solver's answer is not certified, answer by `convexperc.enclosure.enclosure` instead; the solution's
+        `solver` then says so. Without: yes if no solver is named, no if the answer of a named one is wanted.
+    relative_tolerance, absolute_tolerance : float
+        See `convexperc.certificate.certificate.Certificate`.
+
+    Returns
+    -------
+    Solution
+        Its `status` says whether it is certified; nothing else does.
+
+    Raises
+    ------
+    SolverError, ArithmeticError, numpy.linalg.LinAlgError
+        The solver gave no point at all, and `escalate` is false.
+    """
+    if escalate is None:
+        escalate = solver is None
+    solver = Newton() if solver is None else solver
+    start = time.perf_counter()
+    scaling = Scaling.of(problem)
+    normal = scaling.normalise(problem)
+    judge = Judge.of(
+        problem, scaling, relative_tolerance=relative_tolerance, absolute_tolerance=absolute_tolerance
+    )
+    normalised = time.perf_counter()
+    try:
+        with np.errstate(all="ignore"):
+            candidate = solver.candidate(normal)
+    except (SolverError, ArithmeticError, np.linalg.LinAlgError) as failure:
+        if not escalate:
+            raise
+        reason = failure.value if isinstance(failure, SolverError) else failure
+        nothing = np.zeros(problem.n), np.zeros(problem.d)
+        candidate = Candidate(*nothing, f"failed: {reason}", 0)
+    solved = time.perf_counter()
+    name, answer = solver.name, _judge(judge, candidate)
+    if escalate and not answer.certificate.certified:
+        name, answer = f"{name}, then ball arithmetic", _escalate(problem, answer)
+    done = time.perf_counter()
+    w, u = answer.w, answer.u
+    w.flags.writeable = u.flags.writeable = False
+    timings = Timings(normalised - start, solved - normalised, done - solved)
+    return Solution(problem, w, u, answer.certificate, name, candidate.claim, candidate.iterations, timings)
+
+
+def _judge(judge: Judge, candidate: Candidate) -> _Answer:
+    """Certify the candidate, the candidate with its proved zeros at 0, and the zero point; keep the best."""
+    problem, scaling = judge.problem, judge.scaling
+    w, u = scaling.point_back(candidate.w, candidate.u)
+    dual = None if candidate.dual is None else scaling.dual_back(*candidate.dual)
+    best = _Answer(w, u, judge.certificate(w, u, dual=dual))
+    hint = _residual_dual(problem, w, u) if dual is None else dual
+
+    def judged(w: Vector, u: FeatureVector) -> _Answer:
+        return _Answer(w, u, judge.certificate(w, u, dual=hint))
+
+    point = _with_zeros(problem, best)
+    if point is not None:
+        sparse = judged(*point)
+        best = sparse if sparse.certificate.certified or sparse.better_than(best) else best
+    if best.certificate.certified and best.certificate.objective[1] < CLEARLY_BELOW * best.certificate.target:
+        return best
+    zero = judged(np.zeros(problem.n), np.zeros(problem.d))
+    return zero if zero.better_than(best) else best
+
+
+def _residual_dual(problem: Problem, w: Vector, u: FeatureVector) -> tuple[FeatureVector, Vector]:
+    """The dual point 2(X'w - o) and 2 lambda1 (Xu - w)."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        p, q = residuals(problem, w, u)
+        return 2.0 * p, 2.0 * problem.lambda1 * q
+
+
+def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVector] | None:
+    """The point with every entry at 0 that is proved to be 0 at the optimum; None without a change."""
+    w, u = answer.w.copy(), answer.u.copy()
+    w[answer.certificate.zero_views] = 0.0
+    for columns, zero in zip(problem.modalities, answer.certificate.zero_modalities, strict=True):
+        if zero:
+            u[columns] = 0.0
+    changed = not (np.array_equal(w, answer.w) and np.array_equal(u, answer.u))
+    return (w, u) if changed else None
+
+
+def _escalate(problem: Problem, answer: _Answer) -> _Answer:
+    """The better of two points, judged by ball arithmetic: the enclosure's own, and the answer's."""
+    point = finite_start(answer.w, answer.u)
+    found, before = enclose(problem, start=point), answer.certificate
+    own = _Answer(found.w, found.u, certify_in_balls(problem, found, before))
+    if point is None:
+        return own
+    kept = _Answer(*point, certify_in_balls(problem, found, before, point))
+    return own if own.better_than(kept) else kept

@@ -1,0 +1,1 @@
+"""Proximal Newton on the reduced problem."""

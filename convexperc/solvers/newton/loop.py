@@ -1,0 +1,307 @@
+"""Proximal Newton on (w, t), compiled: all templates of a frame in one call.
+
+The notation is that of `convexperc.problem.gram`. One iteration evaluates q and the duality gap, which is free,
+then minimises the quadratic model of the smooth part plus lambda2 ||w||_1 over t >= 0. The equation of t_i is
+posed as 1/||X_i'q|| = 2/lambda3, which is almost linear in t (the secular equation of trust-region methods);
+where that step does not descend, the plain Newton step is cut back until it does. From a cold or a given
+start t is held in the first step; the start that templates share comes with the w that goes with its t.
+
+The last step may be a chord, which uses the Hessian in w of the step before: it divides the gap by about as
+much as that step did.
+
+Source: Lee, Sun and Saunders, Proximal Newton-type methods, SIAM J. Optim. 24 (2014); More and Sorensen,
+Computing a trust region step, SIAM J. Sci. Stat. Comput. 4 (1983); Kelley, Solving Nonlinear Equations with
+Newton's Method, SIAM (2003), chapter 2.
+"""
+
+from typing import NamedTuple, no_type_check
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from convexperc.solvers.newton.hessian import (
+    NEAR,
+    Data,
+    Point,
+    evaluate,
+    hessian,
+    new_curvature,
+    set_base,
+    start_at_base,
+)
+from convexperc.solvers.newton.lapack import cholesky, cholesky_solve, copy, inner, symmetric_times
+from convexperc.solvers.newton.subproblem import minimise, new_model
+
+NOISE = 4e-15
+"""A rise of the objective below this share of ||o||^2 is rounding."""
+PATIENCE = 12
+"""Iterations without halving the best gap, after which rounding has won."""
+CHORD = 0.1
+"""A chord is taken where it promises a gap below this share of the tolerance."""
+HELD, SECULAR, PLAIN = 0, 1, 2
+"""The three steps that are tried in turn."""
+
+
+class Rules(NamedTuple):
+    """When a template is done: its relative gap, its iterations; and whether W and T hold the starts."""
+
+    tolerance: float
+    limit: int
+    warm: bool
+
+
+class Race(NamedTuple):
+    """What templates are compared by: F times units (p,) in common; no race where `units` is empty.
+
+    Attributes
+    ----------
+    units : float64 (p,) or (0,)
+    ceiling : float
+        In common units.
+    margin : float
+        How far above, relatively, a template must be seen to be given up.
+    """
+
+    units: NDArray[np.float64]
+    ceiling: float
+    margin: float
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def new_point(n, m):
+    """A point with room for its numbers."""
+    return Point(np.zeros(n), np.zeros(m), np.zeros(n), np.zeros((m, n)), np.zeros(m), np.zeros(n))
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def copy_point(source, target):
+    """Copy every number."""
+    copy(source.w, target.w)
+    copy(source.t, target.t)
+    copy(source.q, target.q)
+    copy(source.r, target.r)
+    copy(source.Gw, target.Gw)
+    for i in range(source.t.size):
+        copy(source.Kq[i], target.Kq[i])
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def merit(data, point):
+    """The reduced objective."""
+    total = data.target
+    for a in range(point.w.size):
+        pull = point.Gw[a] - 2.0 * data.c[a] + point.q[a]
+        total += point.w[a] * pull + data.lambda2 * abs(point.w[a])
+    for i in range(point.t.size):
+        total += 0.25 * data.lambda3 * data.lambda3 * point.t[i]
+    return total
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def gap(data, point):
+    """(F, F - D) at u^i = t_i X_i'q and a = 2(X'w - o), b = -2q, scaled: a sum of terms >= 0."""
+    wGw = cw = qq = size = pull = worst = 0.0
+    for a in range(point.w.size):
+        v = 2.0 * (point.Gw[a] - data.c[a] + point.q[a])
+        wGw += point.w[a] * point.Gw[a]
+        cw += point.w[a] * data.c[a]
+        qq += point.q[a] * point.q[a]
+        size += abs(point.w[a])
+        pull += point.w[a] * v
+        worst = max(worst, abs(v))
+    quadratic = max(wGw - 2.0 * cw + data.target, 0.0) + qq / data.lambda1
+    s = max(0.0, data.target - cw) / quadratic if quadratic > 0.0 else 1.0
+    if s * worst > data.lambda2:
+        s = data.lambda2 / worst
+    length = 0.0
+    for i in range(point.t.size):
+        length = max(length, point.r[i])
+    if 2.0 * s * length > data.lambda3:
+        s = data.lambda3 / (2.0 * length)
+    F = quadratic + data.lambda2 * size
+    total = (1.0 - s) * (1.0 - s) * quadratic + data.lambda2 * size + s * pull
+    for i in range(point.t.size):
+        F += data.lambda3 * point.t[i] * point.r[i]
+        total += point.t[i] * point.r[i] * (data.lambda3 - 2.0 * s * point.r[i])
+    return F, total
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def pose(data, point, curvature, model, step):
+    """Set h of the model z'Hz/2 + h'z and its start (w_R, t) for one of the steps; returns its unknowns."""
+    n, m, views = curvature.size[0], point.t.size, curvature.model_views
+    half = 0.5 * data.lambda3
+    N = n if step == HELD else n + m
+    for x in range(n):
+        model.start[x] = point.w[views[x]]
+    copy(point.t, model.start[n:])
+    symmetric_times(model.H, N, model.h.size, model.start, model.h, model.work)
+    for x in range(n):
+        a = views[x]
+        model.h[x] = 2.0 * (point.Gw[a] - data.c[a] + point.q[a]) - model.h[x]
+    for i in range(N - n):
+        if step == SECULAR:
+            rho = point.r[i] / half
+            slope = -2.0 * half * half * rho * rho * (rho - 1.0)
+        else:
+            slope = half * half - point.r[i] * point.r[i]
+        model.h[n + i] = slope - model.h[n + i]
+    return N
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def move(point, curvature, model, lambda2, share, trial):
+    """Set (w, t) of `trial` to `share` of the way; exactly to its end at 1, so that zeros stay zeros.
+
+    The next working set is to hold what the model pulls nearly enough to leave 0.
+    """
+    n, views, z = curvature.size[0], curvature.model_views, model.z
+    trial.w[:] = 0.0
+    curvature.near[:] = 0
+    for x in range(n):
+        curvature.near[views[x]] = abs(model.h[x] + model.pull[x]) > NEAR * lambda2
+        old = point.w[views[x]]
+        trial.w[views[x]] = z[x] if share == 1.0 else old + share * (z[x] - old)
+    for i in range(trial.t.size):
+        old = point.t[i]
+        trial.t[i] = z[n + i] if share == 1.0 else old + share * (z[n + i] - old)
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def descend_once(data, point, trial, height, model, curvature, first):
+    """Minimise the model and step there; returns the new height, or infinity where no step descends."""
+    n = curvature.size[0]
+    slack = 1e-10 * data.lambda3 * data.lambda3
+    for step in (HELD, SECULAR, PLAIN):
+        if step == HELD and not first:
+            continue
+        N = pose(data, point, curvature, model, step)
+        minimise(model, data.lambda2, slack, n, N)
+        if step == HELD:
+            copy(point.t, model.z[n:])
+        share = 1.0
+        for _ in range(12 if step == PLAIN else 1):
+            move(point, curvature, model, data.lambda2, share, trial)
+            if evaluate(data, trial, curvature, model.work):
+                reached = merit(data, trial)
+                if reached <= height + NOISE * data.target:
+                    return reached
+            share *= 0.4
+    return np.inf
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def solve_one(data, point, trial, best, model, curvature, rules, hold, ceiling):
+    """One template from the start in `point`, where the first step may `hold` t; `best` is the answer.
+
+    Given up as soon as F - gap, a lower bound of F*, exceeds `ceiling`. Returns iterations, F and its gap.
+    """
+    best_F = best_gap = np.inf
+    curvature.near[:] = 1
+    copy_point(point, best)
+    if not evaluate(data, point, curvature, model.work):
+        return 0, best_F, best_gap
+    height, stalled, iteration, chord = merit(data, point), 0, 0, False
+    while True:
+        F, excess = gap(data, point)
+        stalled = 0 if excess < 0.5 * best_gap else stalled + 1
+        chord = not chord and best_gap < np.inf and excess * excess <= CHORD * rules.tolerance * F * best_gap
+        if excess < best_gap:
+            best_F, best_gap = F, excess
+            copy_point(point, best)
+        if best_gap <= rules.tolerance * best_F or best_gap <= 1e-15 * data.target:
+            break
+        if iteration == rules.limit or stalled > PATIENCE or best_F - best_gap > ceiling:
+            break
+        hessian(data, point, curvature, model, chord)
+        reached = descend_once(data, point, trial, height, model, curvature, hold and iteration == 0)
+        iteration += 1
+        if reached < np.inf:
+            copy_point(trial, point)
+            height = reached
+        elif not chord:
+            break
+    return iteration, best_F, best_gap
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def cold_start(data, point, A, work):
+    """The w of the ridge problem, and the t at which each modality alone would satisfy its equation."""
+    n, m = point.w.size, point.t.size
+    for a in range(n):
+        copy(data.G[a], A[a * n :])
+        A[a * n + a] = A[a * n + a] * (1.0 + 1e-12) + data.lambda1 + 1e-300
+    copy(data.c, point.w)
+    if cholesky(A, n, n, work) == 0:
+        cholesky_solve(A, n, n, point.w, work)
+    ww = inner(point.w, point.w)
+    for i in range(m):
+        symmetric_times(data.K[i], n, n, point.w, point.q, work)
+        square = inner(point.w, point.q)
+        point.t[i] = 0.0
+        if square > 0.0:
+            alone = (2.0 * np.sqrt(square) / data.lambda3 - 1.0 / data.lambda1) * ww / square
+            point.t[i] = max(0.0, alone) / m
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def start(data, point, last, curvature, model):
+    """Begin at the base, made at the t of an answer, `last`; or begin cold: true where t is to be held."""
+    if np.isnan(curvature.base.t[0]) and (
+        last.max() == 0.0 or not set_base(data, last, curvature, model.work)
+    ):
+        cold_start(data, point, curvature.room, model.work)
+        return True
+    start_at_base(data, point, curvature, model)
+    return False
+
+
+@no_type_check
+@njit(cache=True, error_model="numpy")
+def solve_batch(G, K, C, targets, lambdas, W, T, rules, race):
+    """Every template in turn; those of equal lambda1 share a start, unless W and T hold theirs.
+
+    G (n, n), K (m, n, n), C (p, n) = X o_j, targets (p,) = ||o_j||^2, lambdas (p, 3). Fills in W (p, n) and
+    T (p, m); returns Q (p, n), the iterations (p,), and F with its gap (p, 2). In a race, a template is given
+    up when it is seen to lie above `race.ceiling`, or above the lowest F of those before it.
+    """
+    p, n = C.shape
+    m = K.shape[0]
+    Q, iterations, gaps = np.zeros((p, n)), np.zeros(p, np.int64), np.empty((p, 2))
+    model, curvature, last = new_model(n + m), new_curvature(n, m), np.zeros(m)
+    point, trial, best = new_point(n, m), new_point(n, m), new_point(n, m)
+    ceiling = race.ceiling
+    for j in range(p):
+        data = Data(G, K, C[j], targets[j], lambdas[j, 0], lambdas[j, 1], lambdas[j, 2])
+        if j > 0 and lambdas[j, 0] != lambdas[j - 1, 0]:
+            curvature.latest.t[0] = curvature.base.t[0] = np.nan
+            last[:] = 0.0
+        hold = rules.warm
+        if rules.warm:
+            copy(W[j], point.w)
+            copy(T[j], point.t)
+        else:
+            hold = start(data, point, last, curvature, model)
+        top = ceiling * (1.0 + race.margin) / race.units[j] if race.units.size else np.inf
+        iterations[j], gaps[j, 0], gaps[j, 1] = solve_one(
+            data, point, trial, best, model, curvature, rules, hold, top
+        )
+        if race.units.size:
+            ceiling = min(ceiling, gaps[j, 0] * race.units[j])
+        copy(best.w, W[j])
+        copy(best.t, T[j])
+        copy(best.q, Q[j])
+        if best.t.max() > 0.0:
+            copy(best.t, last)
+    return Q, iterations, gaps
