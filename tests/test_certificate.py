@@ -102,7 +102,13 @@ def test_every_lambda_zero_on_wide_and_tall_data(zero, shape):
     problem = posed(random.normal(size=shape), random.normal(size=shape[1]), lambdas, [1, shape[1] - 1])
     found = solve(problem, Conic())
     proof = found.certificate
-    assert proof.certified, (lambdas, found.claim, proof.method, proof.relative_gap, proof.share_of_target)
+    assert proof.certified, (
+        lambdas,
+        found.solver_status,
+        proof.method,
+        proof.relative_gap,
+        proof.share_of_target,
+    )
     worse = certify(problem, found.w + 0.01, found.u)
     assert not worse.certified, (worse.relative_gap, worse.share_of_target)
     assert worse.lower <= proof.upper, (worse.lower, proof.upper)

@@ -20,14 +20,15 @@ import convexperc.solvers.newton.method
 from convexperc.cli.main import app
 from convexperc.errors import SolverError
 from convexperc.features import FeatureConfiguration
+from convexperc.files import write_json
+from convexperc.problem.files import problem_record
 from convexperc.problem.problem import Problem
 from convexperc.recognition.label import decide
 from convexperc.recognition.recognition import Verdict
-from convexperc.report.records import problem_record, write_json
 from convexperc.report.tables import above, below
 from convexperc.solution.single import solve
-from convexperc.solution.solution import Candidate
 from convexperc.solvers.conic import Conic
+from convexperc.solvers.interface import SolverResult
 
 QUICK = FeatureConfiguration(
     working_size=(32, 32), color_bins=8, hog_pixels_per_cell=(8, 8), lbp_points=8, lbp_radius=1.0, lbp_bins=10
@@ -241,16 +242,16 @@ def test_a_solver_that_gives_up_certifies_nothing(answered, monkeypatch):
     def give_up(*_):
         raise SolverError("newton", value="no point", must="must return a point")
 
-    monkeypatch.setattr(convexperc.solvers.newton.method.Newton, "candidate", give_up)
+    monkeypatch.setattr(convexperc.solvers.newton.method.Newton, "solve", give_up)
     assert "no point" in expect(1, run("solve", answered[0], "--no-escalate")).stderr
     assert "failed: no point" in " ".join(expect(0, run("solve", answered[0])).stdout.split())
 
 
 def test_a_poor_answer_of_a_confident_solver_is_exit_1(answered, monkeypatch):
     def guess(_, problem):
-        return Candidate(np.ones(problem.n), np.ones(problem.d), "optimal, honestly", 1)
+        return SolverResult(np.ones(problem.n), np.ones(problem.d), "optimal, honestly", 1)
 
-    monkeypatch.setattr(convexperc.solvers.newton.method.Newton, "candidate", guess)
+    monkeypatch.setattr(convexperc.solvers.newton.method.Newton, "solve", guess)
     result = expect(1, run("solve", answered[0], "--no-escalate"))
     assert "status   NOT CERTIFIED" in result.stdout, result.stdout
     assert "its own word, not relied on: optimal, honestly" in result.stdout, result.stdout

@@ -83,7 +83,7 @@ def test_raw_answers_of_the_smallest_case():
 @pytest.mark.parametrize("o", [1e-150, 1e-8, 1.0, 1e8, 1e150])
 def test_the_smallest_case_is_certified_at_every_scale(o):
     found = solve(smallest(o), Conic())
-    assert found.certificate.certified, (found.claim, found.certificate.relative_gap)
+    assert found.certificate.certified, (found.solver_status, found.certificate.relative_gap)
     assert found.w[0] / o == pytest.approx(5 / 8, rel=1e-6)
     exact = 19 / 32 * o * o
     assert found.certificate.lower <= exact * (1 + 1e-15), (found.certificate.lower, exact)
@@ -95,11 +95,11 @@ def test_every_scaled_instance_is_certified_with_the_scaled_optimum(scale, unsca
     for seed, base in enumerate(unscaled):
         found = solve(instance(seed, scale), Conic())
         proof = found.certificate
-        assert proof.certified, (seed, found.claim, proof.relative_gap)
+        assert proof.certified, (seed, found.solver_status, proof.relative_gap)
         low, high = proof.lower / scale**2, proof.upper / scale**2
         assert low <= base.upper * (1 + 1e-14), (seed, low, base.upper)
         assert base.lower <= high * (1 + 1e-14), (seed, base.lower, high)
-        assert high / base.lower - 1 <= 1e-9, (seed, high / base.lower - 1, found.claim)
+        assert high / base.lower - 1 <= 1e-9, (seed, high / base.lower - 1, found.solver_status)
 
 
 def test_one_model_serves_every_template_and_every_lambda(monkeypatch):
@@ -109,15 +109,15 @@ def test_one_model_serves_every_template_and_every_lambda(monkeypatch):
         Model, "of", classmethod(lambda cls, problem: compiled.append(problem) or original(cls, problem))
     )
     conic, normal = Conic(), [instance(0, o_seed=seed) for seed in range(5)]
-    reused = [conic.candidate(problem) for problem in normal]
+    reused = [conic.solve(problem) for problem in normal]
     assert len(compiled) == 1, len(compiled)
     for problem, warm in zip(normal, reused, strict=True):
-        cold = Conic().candidate(problem)
+        cold = Conic().solve(problem)
         assert objective(problem, warm.w, warm.u) == pytest.approx(
             objective(problem, cold.w, cold.u), rel=1e-10
         )
         assert warm.w == pytest.approx(cold.w, abs=1e-5)
-    again = conic.candidate(normal[0])
+    again = conic.solve(normal[0])
     assert objective(normal[0], again.w, again.u) == pytest.approx(
         objective(normal[0], reused[0].w, reused[0].u), rel=1e-10
     )
@@ -142,11 +142,11 @@ def test_a_solver_pickles_without_its_models(used):
     conic = Conic(tolerance=1e-11, max_iterations=77)
     problem = Scaling.of(instance(0)).normalise(instance(0))
     if used:
-        conic.candidate(problem)
+        conic.solve(problem)
     again = pickle.loads(pickle.dumps(conic))
     assert again == conic
     assert again.max_iterations == 77
-    assert again.candidate(problem).w == pytest.approx(conic.candidate(problem).w, abs=1e-6)
+    assert again.solve(problem).w == pytest.approx(conic.solve(problem).w, abs=1e-6)
 
 
 @pytest.mark.parametrize("kind", [cp.error.SolverError, ValueError, ZeroDivisionError, OverflowError])
@@ -156,14 +156,14 @@ def test_foreign_failures_become_ours(monkeypatch, kind):
 
     monkeypatch.setattr(cp.Problem, "solve", fail)
     with pytest.raises(SolverError, match="it broke") as caught:
-        Conic().candidate(instance(0))
+        Conic().solve(instance(0))
     assert isinstance(caught.value.__cause__, kind), caught.value.__cause__
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
 def test_no_point_is_an_error_even_after_a_success(monkeypatch):
     conic = Conic()
-    conic.candidate(instance(0))
+    conic.solve(instance(0))
 
     def give_up(self, **settings):
         for variable in self.variables():
@@ -171,11 +171,11 @@ def test_no_point_is_an_error_even_after_a_success(monkeypatch):
 
     monkeypatch.setattr(cp.Problem, "solve", give_up)
     with pytest.raises(SolverError, match="must return a point"):
-        conic.candidate(instance(0, o_seed=5))
+        conic.solve(instance(0, o_seed=5))
 
 
 def test_few_iterations_are_an_uncertified_answer_and_no_error():
     found = solve(instance(0), Conic(max_iterations=3))
-    assert not found.certificate.certified, (found.claim, found.certificate.relative_gap)
-    assert found.claim != "optimal"
+    assert not found.certificate.certified, (found.solver_status, found.certificate.relative_gap)
+    assert found.solver_status != "optimal"
     assert found.iterations <= 3, found.iterations

@@ -6,7 +6,7 @@ from hypothesis.extra import numpy as hnp
 from rational import fractions, inner
 
 from convexperc.certificate.certificate import certify
-from convexperc.certificate.lambda_max import critical_lambda2, critical_lambda3, zero_is_optimal
+from convexperc.certificate.lambda_max import lambda2_max, lambda3_max, zero_is_optimal
 from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve
 from convexperc.solvers.conic import Conic
@@ -28,8 +28,8 @@ ENTRY = st.floats(-1e100, 1e100) | st.floats(-1e-300, 1e-300) | st.floats(-4, 4)
 
 
 @given(hnp.arrays(np.float64, (2, 3), elements=ENTRY), hnp.arrays(np.float64, 3, elements=ENTRY))
-def test_critical_lambda2_encloses_twice_the_largest_correlation(X, o):
-    low, high = critical_lambda2(Problem(X, o, lambda1=1, lambda2=1, lambda3=1))
+def test_lambda2_max_encloses_twice_the_largest_correlation(X, o):
+    low, high = lambda2_max(Problem(X, o, lambda1=1, lambda2=1, lambda3=1))
     exact = max(abs(2 * inner(row, fractions(o))) for row in fractions(X))
     assert fractions(low) <= exact, (low, float(exact))
     assert high == np.inf or exact <= fractions(high), (float(exact), high)
@@ -37,9 +37,9 @@ def test_critical_lambda2_encloses_twice_the_largest_correlation(X, o):
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("scale", [1e-60, 1.0, 1e60])
-def test_zero_is_optimal_from_critical_lambda2_on(seed, scale):
+def test_zero_is_optimal_from_lambda2_max_on(seed, scale):
     base = random_problem(seed, scale_o=scale)
-    low, high = critical_lambda2(base)
+    low, high = lambda2_max(base)
     assert high / low - 1 < 1e-13, (low, high)
     at = Problem(base.X, base.o, modalities=base.modalities, lambda1=1, lambda2=high, lambda3=base.lambda3)
     below = Problem(
@@ -58,32 +58,32 @@ def test_zero_is_optimal_from_critical_lambda2_on(seed, scale):
     assert beside.objective[1] < there.objective[0], (beside.objective, there.objective)
 
 
-def test_critical_lambda2_is_zero_where_nothing_correlates():
-    assert critical_lambda2(Problem([[0.0, 1.0]], [1.0, 0.0], lambda1=1, lambda2=1, lambda3=1))[0] == 0.0
-    assert critical_lambda2(Problem([[0.0]], [0.0], lambda1=1, lambda2=1, lambda3=1)) == (0.0, 0.0)
+def test_lambda2_max_is_zero_where_nothing_correlates():
+    assert lambda2_max(Problem([[0.0, 1.0]], [1.0, 0.0], lambda1=1, lambda2=1, lambda3=1))[0] == 0.0
+    assert lambda2_max(Problem([[0.0]], [0.0], lambda1=1, lambda2=1, lambda3=1)) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(
     ("o", "one", "two"), [(1.0, 1.0, 0.5), (-3.0, 0.25, 1.0), (2.0, 3.0, 0.0), (1.0, 1.0, 4.0)]
 )
-def test_critical_lambda3_of_one_entry(o, one, two):
+def test_lambda3_max_of_one_entry(o, one, two):
     problem = Problem([[1.0]], [o], lambda1=one, lambda2=two, lambda3=1)
     exact = 2 * one * max(0.0, abs(o) - two / 2) / (1 + one)
-    assert critical_lambda3(problem, lambda p: solve(p, Conic())) == pytest.approx(exact, rel=1e-7, abs=1e-7)
+    assert lambda3_max(problem, lambda p: solve(p, Conic())) == pytest.approx(exact, rel=1e-7, abs=1e-7)
 
 
-def test_critical_lambda3_without_coupling_is_zero():
+def test_lambda3_max_without_coupling_is_zero():
     def never(problem):
         raise AssertionError(problem)
 
-    assert critical_lambda3(Problem([[1.0]], [1.0], lambda1=0, lambda2=0, lambda3=1), never) == 0.0
+    assert lambda3_max(Problem([[1.0]], [1.0], lambda1=0, lambda2=0, lambda3=1), never) == 0.0
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_u_is_zero_from_critical_lambda3_on(seed):
+def test_u_is_zero_from_lambda3_max_on(seed):
     conic = Conic()
     base = random_problem(seed)
-    critical = critical_lambda3(base, lambda p: solve(p, conic))
+    critical = lambda3_max(base, lambda p: solve(p, conic))
     above = solve(random_problem(seed, lambda3=critical * 1.001), conic)
     below = solve(random_problem(seed, lambda3=critical * 0.98), conic)
     assert above.certificate.zero_modalities.all(), (above.u, above.certificate.relative_gap)
@@ -95,8 +95,8 @@ def test_u_is_zero_from_critical_lambda3_on(seed):
 @pytest.mark.parametrize(
     ("scale_x", "scale_o"), [(1, 1e-100), (1, 1e-12), (1, 1e100), (1e-8, 1), (1e-60, 1), (1e60, 1)]
 )
-def test_critical_lambda3_follows_the_scale(scale_x, scale_o):
+def test_lambda3_max_follows_the_scale(scale_x, scale_o):
     conic = Conic()
-    base = critical_lambda3(random_problem(7), lambda p: solve(p, conic))
-    found = critical_lambda3(random_problem(7, scale_x=scale_x, scale_o=scale_o), lambda p: solve(p, conic))
+    base = lambda3_max(random_problem(7), lambda p: solve(p, conic))
+    found = lambda3_max(random_problem(7, scale_x=scale_x, scale_o=scale_o), lambda p: solve(p, conic))
     assert found / scale_x**2 / scale_o == pytest.approx(base, rel=1e-6)

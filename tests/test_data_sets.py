@@ -14,7 +14,7 @@ from convexperc.errors import InputError
 from convexperc.recognition.references import read_pictures
 from convexperc.simulation import (
     RED_CAR,
-    Frame,
+    ImageSize,
     Request,
     SceneRenderer,
     Written,
@@ -27,7 +27,7 @@ from convexperc.simulation import datasets as data_sets
 from convexperc.simulation.folder import part_name
 from convexperc.simulation.physical import LEVELS
 
-SIZE = Frame(64, 48)
+SIZE = ImageSize(64, 48)
 REQUEST = Request("physical", 3, 1, ("teapot",), SIZE)
 
 
@@ -146,7 +146,7 @@ def test_a_run_that_was_stopped_goes_on_where_it_was(made, monkeypatch, tmp_path
         (Request("physical", 4, 1, REQUEST.objects, SIZE), "seed"),
         (Request("physical", 3, 2, REQUEST.objects, SIZE), "scenes_each"),
         (Request("physical", 3, 1, ("chair",), SIZE), "objects"),
-        (Request("physical", 3, 1, REQUEST.objects, Frame(80, 60)), "image"),
+        (Request("physical", 3, 1, REQUEST.objects, ImageSize(80, 60)), "image"),
         (Request("case-study", 3, 1, REQUEST.objects, SIZE), "set"),
     ],
 )

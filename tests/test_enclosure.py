@@ -18,8 +18,9 @@ from convexperc.errors import PointError
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
 from convexperc.solution.single import solve
-from convexperc.solution.solution import Candidate, Status
+from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
+from convexperc.solvers.interface import SolverResult
 from verification.bench.instances import LAMBDAS, Instance, Shape
 from verification.families import seeded
 from verification.referee import optimum
@@ -223,8 +224,8 @@ class Poor:
 
     name = "poor"
 
-    def candidate(self, problem: Problem) -> Candidate:
-        return Candidate(np.zeros(problem.n), np.zeros(problem.d), "optimal", 1)
+    def solve(self, problem: Problem) -> SolverResult:
+        return SolverResult(np.zeros(problem.n), np.zeros(problem.d), "optimal", 1)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])

@@ -8,10 +8,18 @@ import numpy as np
 import pytest
 
 from convexperc.errors import InputError
-from convexperc.simulation import Camera, Frame, Request, Scene, SceneRenderer, read_meshes, write_data_set
+from convexperc.simulation import (
+    Camera,
+    ImageSize,
+    Request,
+    Scene,
+    SceneRenderer,
+    read_meshes,
+    write_data_set,
+)
 from convexperc.simulation.objects import OBJECTS
 
-SIZE = Frame(64, 48)
+SIZE = ImageSize(64, 48)
 
 CORNERS = [(x, y, z) for z in (0.0, 3.0) for y in (0.0, 2.0) for x in (0.0, 1.0)]
 SIDES = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]

@@ -12,13 +12,14 @@ from typer.testing import CliRunner
 
 from convexperc.cli.main import app
 from convexperc.errors import ProblemError
-from convexperc.problem.files import read_problem
+from convexperc.files import write_json
+from convexperc.problem.files import problem_record, read_problem
 from convexperc.problem.problem import Problem
 from convexperc.report.proof import data_digest, proof_record
-from convexperc.report.records import problem_record, write_json
 from convexperc.solution.single import solve
-from convexperc.solution.solution import Candidate, Status
+from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
+from convexperc.solvers.interface import SolverResult
 from verification.families import FAMILIES, seeded
 from verification.oracles import dual_objective, is_dual_feasible, objective
 from verification.proof_checker import check
@@ -146,8 +147,8 @@ class Poor:
 
     name = "poor"
 
-    def candidate(self, problem):
-        return Candidate(np.zeros(problem.n), np.zeros(problem.d), "optimal", 1)
+    def solve(self, problem):
+        return SolverResult(np.zeros(problem.n), np.zeros(problem.d), "optimal", 1)
 
 
 def test_a_wide_certificate_gives_a_wide_and_valid_proof():

@@ -33,7 +33,7 @@ def test_two_independent_solvers_agree_within_their_certified_gaps(lambdas, spec
     problem = instance(1, shape, lambdas, spec)
     first, second = solve(problem, Conic()), solve(problem, Quadratic())
     a, b = first.certificate, second.certificate
-    assert a.certified, (first.claim, a.relative_gap, a.share_of_target)
+    assert a.certified, (first.solver_status, a.relative_gap, a.share_of_target)
     assert a.lower <= b.upper, (a.lower, b.upper)
     assert b.lower <= a.upper, (b.lower, a.upper)
     for mine, other in ((a, b), (b, a)):
@@ -41,7 +41,7 @@ def test_two_independent_solvers_agree_within_their_certified_gaps(lambdas, spec
         assert excess <= Fraction(mine.gap), (float(excess), mine.gap)
     assert second.solver == "osqp"
     assert b.relative_gap < 1e-6 or b.share_of_target < 1e-9, (
-        second.claim,
+        second.solver_status,
         b.relative_gap,
         b.share_of_target,
     )
@@ -67,7 +67,7 @@ def test_what_is_no_quadratic_programme_is_refused(spec):
     problem = instance(0, spec=spec)
     assert not is_quadratic(problem), spec
     with pytest.raises(SolverError) as caught:
-        Quadratic().candidate(problem)
+        Quadratic().solve(problem)
     assert (caught.value.what, caught.value.value) == ("lambda3", 0.2)
     assert is_quadratic(instance(0, spec=spec, lambdas=(1.0, 1.0, 0.0))), spec
 
@@ -77,19 +77,19 @@ def test_the_claim_solved_certifies_nothing(tolerance):
     class Unpolished(Quadratic):
         """OSQP's point as ADMM leaves it: moved by as much as its own tolerance allows."""
 
-        def candidate(self, problem):
-            found = super().candidate(problem)
+        def solve(self, problem):
+            found = super().solve(problem)
             found.w[:] += tolerance
             return found
 
     found = solve(instance(3), Unpolished(tolerance=tolerance))
-    assert found.claim == "solved"
+    assert found.solver_status == "solved"
     assert found.status is Status.NOT_CERTIFIED, found.certificate.relative_gap
 
 
 def test_the_claim_of_failure_refutes_nothing():
     stopped = solve(instance(3), Quadratic(max_iterations=1))
-    assert stopped.claim != "solved"
+    assert stopped.solver_status != "solved"
     assert stopped.iterations <= 1, stopped.iterations
     best = solve(instance(3), Conic()).certificate
     assert stopped.certificate.lower <= best.upper, (stopped.certificate.lower, best.upper)
@@ -99,7 +99,7 @@ def test_the_claim_of_failure_refutes_nothing():
 
 def test_the_candidate_has_the_shapes_of_the_problem_and_no_state():
     problem = Scaling.of(instance(4)).normalise(instance(4))
-    first, second = Quadratic().candidate(problem), Quadratic().candidate(problem)
+    first, second = Quadratic().solve(problem), Quadratic().solve(problem)
     assert (first.w.shape, first.u.shape) == ((3,), (5,))
     assert first.w.tobytes() == second.w.tobytes()
     assert first.dual is None

@@ -7,8 +7,8 @@ import pytest
 from convexperc.errors import ModalityError, ProblemError, SolverError
 from convexperc.recognition.label import decide, recognize
 from convexperc.recognition.recognition import Verdict
-from convexperc.solution.solution import Candidate
 from convexperc.solvers.conic import Conic
+from convexperc.solvers.interface import SolverResult
 
 LAMBDAS = {"lambda1": 0.5, "lambda2": 0.1, "lambda3": 0.1}
 CAR, CAT, DOG = np.eye(6)[[0, 2, 4]] + 0.1
@@ -27,8 +27,8 @@ class Poor:
 
     name: str = "poor"
 
-    def candidate(self, problem):
-        return Candidate(np.full(problem.n, 0.01), np.zeros(problem.d), "optimal", 0)
+    def solve(self, problem):
+        return SolverResult(np.full(problem.n, 0.01), np.zeros(problem.d), "optimal", 0)
 
 
 def test_the_label_of_separated_templates_is_proved():
@@ -191,7 +191,7 @@ def test_an_unknown_template_is_refused_by_name():
 
 def test_a_failing_solver_is_heard():
     class Broken(Poor):
-        def candidate(self, problem):
+        def solve(self, problem):
             raise SolverError("broken", value=1, must="must not fail")
 
     with pytest.raises(SolverError, match="broken"):

@@ -13,22 +13,16 @@ from hypothesis.extra import numpy as hnp
 from convexperc.certificate.certificate import certify
 from convexperc.errors import FileFormatError, InputError
 from convexperc.features import FeatureConfiguration
-from convexperc.problem.files import read_answer, read_configuration, read_problem
+from convexperc.features.configuration import read_configuration
+from convexperc.files import check_place, write_atomic, write_json
+from convexperc.problem.files import problem_record, read_answer, read_problem
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.optimality import optimality_residual
 from convexperc.problem.problem import Problem, same_data
 from convexperc.recognition.label import recognize
-from convexperc.report.records import (
-    certificate_record,
-    check_place,
-    problem_record,
-    recognition_record,
-    solution_record,
-    write_json,
-    write_whole,
-)
+from convexperc.report.records import certificate_record, recognition_record, solution_record
 from convexperc.solution.single import solve
-from convexperc.solution.solution import Candidate
+from convexperc.solvers.interface import SolverResult
 
 X = [[1.0, 0.5, -2.0], [0.25, 3.0, 1.0]]
 GOOD = {"X": X, "o": [1.0, 0.0, -1.0], "lambda1": 0.1, "lambda2": 0.1, "lambda3": 0.1}
@@ -40,9 +34,9 @@ class LeastSquares:
 
     name = "least squares"
 
-    def candidate(self, problem):
+    def solve(self, problem):
         w = np.linalg.lstsq(problem.X.T, problem.o, rcond=None)[0]
-        return Candidate(w, np.zeros(problem.d), "perfect, trust me", 1)
+        return SolverResult(w, np.zeros(problem.d), "perfect, trust me", 1)
 
 
 def small(modalities=None):
@@ -244,26 +238,26 @@ def test_what_is_infinite_is_a_word_that_c_reads(tmp_path):
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / "out.json"
-    write_whole(path, b"old")
+    write_atomic(path, b"old")
 
     def full(_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(InputError, match="No space left"):
-        write_whole(path, b"new and longer")
+        write_atomic(path, b"new and longer")
     assert path.read_bytes() == b"old"
     assert [entry.name for entry in tmp_path.iterdir()] == ["out.json"]
 
 
 def test_a_written_file_has_the_usual_mode_and_a_link_stays_one(tmp_path):
     (tmp_path / "plain").touch()
-    write_whole(tmp_path / "real.json", b"1")
+    write_atomic(tmp_path / "real.json", b"1")
     assert stat.S_IMODE((tmp_path / "real.json").stat().st_mode) == stat.S_IMODE(
         (tmp_path / "plain").stat().st_mode
     )
     (tmp_path / "link.json").symlink_to(tmp_path / "real.json")
-    write_whole(tmp_path / "link.json", b"2")
+    write_atomic(tmp_path / "link.json", b"2")
     assert (tmp_path / "link.json").is_symlink()
     assert (tmp_path / "real.json").read_bytes() == b"2"
 

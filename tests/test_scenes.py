@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from convexperc.errors import FileFormatError, InputError
-from convexperc.report.records import json_bytes
+from convexperc.files import json_bytes
 from convexperc.simulation import (
     LIGHTS,
     OBJECTS_OF,
     RED_CAR,
     SCENES,
     Camera,
-    Frame,
+    ImageSize,
     Obstacle,
     Request,
     Robot,
@@ -30,7 +30,7 @@ from convexperc.simulation import (
     scene_record,
 )
 from convexperc.simulation.case_study import is_good
-from convexperc.simulation.mjcf import SHADOWS
+from convexperc.simulation.mujoco_xml import SHADOWS
 from convexperc.simulation.objects import OBJECTS
 from convexperc.simulation.placing import stand_apart
 from convexperc.simulation.proposing import LIGHT_SHARES, Plan, obstruction
@@ -113,12 +113,12 @@ def test_a_missing_key_is_an_error(key):
         lambda: Obstacle("crate", azimuth=0.0, distance=3.0, width=0.0, height=1.0),
         lambda: Obstacle("wall", azimuth=0.0, distance=3.0, width=1.0, height=float("inf")),
         lambda: replace(LIGHTS["dim"], ambient=(0.1, 0.1, 9.0)),
-        lambda: Frame(0, 10),
-        lambda: Frame(4096, 10, 4),
-        lambda: Request("physical", 0, 1, (), Frame(64, 48)),
-        lambda: Request("physical", 0, 1, ("a", "a"), Frame(64, 48)),
-        lambda: Request("physical", -1, 1, ("a",), Frame(64, 48)),
-        lambda: Request("physical", 0, 0, ("a",), Frame(64, 48)),
+        lambda: ImageSize(0, 10),
+        lambda: ImageSize(4096, 10, 4),
+        lambda: Request("physical", 0, 1, (), ImageSize(64, 48)),
+        lambda: Request("physical", 0, 1, ("a", "a"), ImageSize(64, 48)),
+        lambda: Request("physical", -1, 1, ("a",), ImageSize(64, 48)),
+        lambda: Request("physical", 0, 0, ("a",), ImageSize(64, 48)),
     ],
 )
 def test_an_absurd_value_is_refused(make):
@@ -232,11 +232,11 @@ def test_the_levels_of_obstruction_are_those_that_are_asked_for():
 
 
 def test_a_plan_does_not_depend_on_what_else_is_asked_for():
-    whole = dict(Request("physical", 5, 2, OBJECTS_OF["physical"], Frame(64, 48)).plans())
-    part = Request("physical", 5, 2, ("teapot",), Frame(160, 120)).plans()
+    whole = dict(Request("physical", 5, 2, OBJECTS_OF["physical"], ImageSize(64, 48)).plans())
+    part = Request("physical", 5, 2, ("teapot",), ImageSize(160, 120)).plans()
     assert dict(part)["teapot"] == whole["teapot"]
     titles = [
-        plan.name for _, plan in Request("physical", 0, 6, OBJECTS_OF["physical"], Frame(64, 48)).plans()
+        plan.name for _, plan in Request("physical", 0, 6, OBJECTS_OF["physical"], ImageSize(64, 48)).plans()
     ]
     assert len(set(titles)) == len(titles) == 8 * 5 * 6
     assert all(re.fullmatch(r"[a-z-]+-[1-5]-0[1-6]", title) for title in titles)

@@ -20,7 +20,7 @@ from convexperc.simulation import (
     OBJECTS_OF,
     SCENES,
     Camera,
-    Frame,
+    ImageSize,
     Obstacle,
     RenderingError,
     Request,
@@ -33,7 +33,7 @@ from convexperc.simulation import (
 from convexperc.simulation.backends import choose_backend
 from convexperc.simulation.case_study import GOOD_VIEWS, is_good
 from convexperc.simulation.effects import apply_effects
-from convexperc.simulation.mjcf import Group
+from convexperc.simulation.mujoco_xml import Group
 
 SAMPLE = importlib.resources.files("convexperc") / "sample"
 RECORD: dict[str, Any] = json.loads((SAMPLE / "manifest.json").read_text(encoding="utf-8"))
@@ -53,7 +53,7 @@ the object by one degree changes the references by 0.8 and more."""
 SHARE_TOLERANCE = 0.01
 """Difference in the visible share on another engine, for the same reason."""
 
-SMALL = Frame(64, 48)
+SMALL = ImageSize(64, 48)
 
 
 def decode(content: bytes) -> np.ndarray:
@@ -108,7 +108,7 @@ def test_the_record_describes_the_scenes_as_they_are_now():
 
 
 def test_the_sample_can_be_made_again(opengl, tmp_path):
-    request = Request("case-study", 0, 1, OBJECTS_OF["case-study"], Frame(192, 144))
+    request = Request("case-study", 0, 1, OBJECTS_OF["case-study"], ImageSize(192, 144))
     manifest = json.loads(json.dumps(write_data_set(tmp_path, request).manifest))
     # EGL and OSMesa hand out the same renderer, so the way to it does not matter.
     same = {**asdict(opengl), "backend": ""} == {**RECORD["engine"], "backend": ""}
@@ -239,7 +239,7 @@ def test_a_wall_in_front_hides_all_and_half_a_wall_about_half(opengl):
 
 
 def test_the_mask_is_where_the_object_changes_the_picture(opengl):
-    frame = Frame(64, 48, 3)
+    frame = ImageSize(64, 48, 3)
     # Without shadows and with light from everywhere, the object changes no pixel but its own.
     light = replace(LIGHTS["bright"], sun=(0.0, 0.0, 0.0), fill=(0.0, 0.0, 0.0), ambient=(0.9, 0.9, 0.9))
     with SceneRenderer(watched(light=light), frame) as renderer:
@@ -259,7 +259,7 @@ def test_the_same_description_gives_the_same_pixels(opengl):
         scene.robots[0], camera=replace(scene.robots[0].camera, noise=3.0, exposure=0.3, blur=0.4)
     )
     scene = replace(scene, robots=(noisy, scene.robots[1]))
-    frame = Frame(80, 60)
+    frame = ImageSize(80, 60)
     drawn = []
     for _ in range(2):
         with SceneRenderer(scene, frame) as renderer:

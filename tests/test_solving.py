@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from convexperc.certificate.lambda_max import critical_lambda2
+from convexperc.certificate.lambda_max import lambda2_max
 from convexperc.errors import InputError, SolverError
 from convexperc.problem.problem import Problem, same_data
 from convexperc.solution.single import solve
-from convexperc.solution.solution import Candidate, Status
+from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
+from convexperc.solvers.interface import SolverResult
 
 
 @dataclass(frozen=True)
@@ -23,9 +24,9 @@ class Fixed:
     dual: tuple[tuple[float, ...], tuple[float, ...]] | None = None
     name: str = "fixed"
 
-    def candidate(self, problem):
+    def solve(self, problem):
         dual = None if self.dual is None else tuple(map(np.array, self.dual))
-        return Candidate(np.array(self.w), np.array(self.u), self.claim, 7, dual)
+        return SolverResult(np.array(self.w), np.array(self.u), self.claim, 7, dual)
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Failing:
     error: Exception
     name: str = "failing"
 
-    def candidate(self, problem):
+    def solve(self, problem):
         raise self.error
 
 
@@ -46,7 +47,7 @@ def test_a_true_answer_is_certified_whatever_its_claim():
     found = solve(smallest(), Fixed((0.625,), (1.0,), claim="infeasible"))
     assert found.status is Status.CERTIFIED, found.certificate
     assert (found.w.tolist(), found.u.tolist()) == ([0.625], [0.5])
-    assert (found.solver, found.claim, found.iterations) == ("fixed", "infeasible", 7)
+    assert (found.solver, found.solver_status, found.iterations) == ("fixed", "infeasible", 7)
 
 
 @pytest.mark.parametrize(
@@ -56,7 +57,7 @@ def test_a_true_answer_is_certified_whatever_its_claim():
 @pytest.mark.parametrize("dual", [None, ((-1e6,), (1e6,)), ((math.nan,), (0.0,))])
 def test_a_lying_solver_convinces_nobody(w, u, dual):
     found = solve(smallest(), Fixed(w, u, dual=dual))
-    assert found.claim == "optimal"
+    assert found.solver_status == "optimal"
     assert found.status is Status.NOT_CERTIFIED, found.certificate
     assert found.certificate.lower <= 19 / 32 <= found.certificate.upper, found.certificate
     assert np.isfinite(found.w).all(), found.w
@@ -88,7 +89,7 @@ def test_a_solver_that_raises_is_heard(error):
 def test_ball_arithmetic_answers_where_a_solver_breaks_down(error):
     found = solve(smallest(), Failing(error), escalate=True)
     assert found.status is Status.CERTIFIED, found.certificate
-    assert found.claim.startswith("failed: "), found.claim
+    assert found.solver_status.startswith("failed: "), found.solver_status
     assert found.solver == "failing, then ball arithmetic", found.solver
     assert found.value == pytest.approx(19 / 32, rel=1e-8)
     with pytest.raises(TypeError):
@@ -100,9 +101,9 @@ def test_the_solver_sees_the_normalised_problem(o):
     seen = []
 
     class Watching(Conic):
-        def candidate(self, problem):
+        def solve(self, problem):
             seen.append(problem)
-            return super().candidate(problem)
+            return super().solve(problem)
 
     found = solve(smallest(o), Watching())
     assert 0.5 <= seen[0].X[0, 0] < 1, seen[0].X
@@ -112,9 +113,9 @@ def test_the_solver_sees_the_normalised_problem(o):
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.5, 1e6, 1e300])
-def test_zero_is_the_answer_from_critical_lambda2_on(factor):
+def test_zero_is_the_answer_from_lambda2_max_on(factor):
     X, o = np.random.default_rng(5).normal(size=(3, 6)), np.arange(1.0, 7.0)
-    critical = critical_lambda2(Problem(X, o, lambda1=1, lambda2=0, lambda3=1))[1]
+    critical = lambda2_max(Problem(X, o, lambda1=1, lambda2=0, lambda3=1))[1]
     problem = Problem(X, o, lambda1=1, lambda2=critical * factor, lambda3=1)
     found = solve(problem, Fixed((0.1, 0.1, 0.1), (0.0,) * 6))
     assert found.status is Status.CERTIFIED, found.certificate

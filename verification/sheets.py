@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from convexperc.errors import FileFormatError
-from convexperc.report.records import json_bytes
+from convexperc.files import json_bytes
 
 MANIFEST = "sheets.json"
 REMEDY = "Make record and sheets again by `python -m verification experiments`."

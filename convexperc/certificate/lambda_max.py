@@ -1,18 +1,27 @@
-"""Critical lambdas: where the optimum becomes w = 0, and where it becomes u = 0."""
+"""lambda_max: the smallest lambda2 at which w = 0, and the smallest lambda3 at which u = 0, is optimal."""
 
 import math
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
 from convexperc.certificate.frame import Frame
 from convexperc.certificate.rounding import down, up
+from convexperc.problem.arrays import Vector
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Bounds, Scaling
-from convexperc.solution.solution import Solution
 
 
-def critical_lambda2(problem: Problem) -> Bounds:
+class Point(Protocol):
+    """An answer to a problem."""
+
+    @property
+    def w(self) -> Vector:
+        """View weights, shape (n,)."""
+
+
+def lambda2_max(problem: Problem) -> Bounds:
     """Enclose the smallest lambda2 for which w = 0, u = 0 is optimal: 2 ||X o||_inf.
 
     Parameters
@@ -39,10 +48,10 @@ def critical_lambda2(problem: Problem) -> Bounds:
 
 def zero_is_optimal(problem: Problem) -> bool:
     """Whether w = 0, u = 0 is proved to be an optimum, that is, F* = ||o||^2."""
-    return problem.lambda2 >= critical_lambda2(problem)[1]
+    return problem.lambda2 >= lambda2_max(problem)[1]
 
 
-def critical_lambda3(problem: Problem, solve: Callable[[Problem], Solution]) -> float:
+def lambda3_max(problem: Problem, solve: Callable[[Problem], Point]) -> float:
     """Find the smallest lambda3 for which u = 0 is optimal, at the given lambda1 and lambda2.
 
     Formula: 2 lambda1 max_i ||X_i' w||, where w minimises ||X'w - o||^2 + lambda1 ||w||^2 + lambda2 ||w||_1,
@@ -55,7 +64,7 @@ def critical_lambda3(problem: Problem, solve: Callable[[Problem], Solution]) -> 
     problem : Problem
         Its own lambda3 does not matter.
     solve : callable
-        Takes a Problem, returns a Solution.
+        Takes a Problem, returns its answer, such as a `Solution`.
 
     Returns
     -------
@@ -74,3 +83,7 @@ def critical_lambda3(problem: Problem, solve: Callable[[Problem], Solution]) -> 
     w = solve(without_u).w
     found = 2.0 * one * max(float(np.linalg.norm(block.T @ w)) for block in normal.blocks())
     return math.ldexp(found, 2 * scaling.x + scaling.o)
+
+
+critical_lambda2, critical_lambda3 = lambda2_max, lambda3_max
+"""The names until version 0.2."""

@@ -1,47 +1,23 @@
 """The command line: options in, tables out, no mathematics.
 
-NumPy, OpenCV, scikit-image, Matplotlib and CVXPY take seconds to load; `Later` puts them off until a command
-needs them, so that ``--help`` answers at once.
+NumPy, OpenCV, scikit-image, Matplotlib and CVXPY take seconds to load; the packages' lazy faces put them off
+until a command needs them, so that ``--help`` answers at once.
 """
 
 from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from convexperc import certificate, features, recognition, report, solution, solvers
+from convexperc import problem as problems
 from convexperc.cli import simulate as simulate_command
 from convexperc.cli.exits import CERTIFIED, exits
-from convexperc.cli.later import Later
-from convexperc.cli.progress import progress
+from convexperc.cli.progress import working
+from convexperc.files import check_place, write_atomic, write_json
 from convexperc.report import tables
-
-if TYPE_CHECKING:
-    from convexperc.certificate import certificate
-    from convexperc.features import configuration as features
-    from convexperc.problem import files as problem_files
-    from convexperc.problem import optimality
-    from convexperc.recognition import references as perception
-    from convexperc.recognition.references import Named
-    from convexperc.report import figure as picture
-    from convexperc.report import proof as proof_file
-    from convexperc.report import records
-    from convexperc.solution import single as solving
-    from convexperc.solvers import conic
-    from convexperc.solvers import osqp as qp
-    from convexperc.solvers.interface import Solver
-    from convexperc.solvers.newton import method as newton
-else:
-    certificate, optimality, perception = (
-        Later("certificate.certificate"),
-        Later("problem.optimality"),
-        Later("recognition.references"),
-    )
-    picture, problem_files, records = Later("report.figure"), Later("problem.files"), Later("report.records")
-    solving, conic, qp = Later("solution.single"), Later("solvers.conic"), Later("solvers.osqp")
-    newton, proof_file = Later("solvers.newton.method"), Later("report.proof")
-    features = Later("features.configuration")
 
 FIRST_RUN = "working; the first run of an installation compiles, half a minute"
 EPILOG = (
@@ -136,37 +112,36 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         raise typer.BadParameter("give --references and --views, or --sample (and --scene, if you like)")
     if (references is None) != (views is None):
         raise typer.BadParameter("--references and --views go together")
-    with progress(FIRST_RUN, "solved") as (expect, step):
-        kind = None if figure is None else picture.picture_kind(figure)
+    with working(FIRST_RUN):
+        kind = None if figure is None else report.picture_kind(figure)
         for file in (json, figure):
             if file is not None:
-                records.check_place(file)
+                check_place(file)
         chosen = features.FeatureConfiguration()
         if configuration is not None:
-            chosen = problem_files.read_configuration(configuration)
+            chosen = features.read_configuration(configuration)
         heading, known, seen = _pictures(references, views, scene)
-        prepared = perception.References.of(known, chosen)
-        expect(len(known))
-        recognition = perception.perceive(
+        prepared = recognition.References.of(known, chosen)
+        found = recognition.perceive(
             seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
-            decision=decide.value.replace("-", " "), progress=step,
+            decision=decide.value.replace("-", " "),
         )  # fmt: skip
     if json is not None:
-        _write(json, records.recognition_record(recognition, chosen))
+        _write(json, report.recognition_record(found, chosen))
     if figure is not None and kind is not None:
-        records.write_whole(figure, picture.recognition_picture(recognition, seen, kind))
+        write_atomic(figure, report.recognition_picture(found, seen, kind))
         typer.echo(f"wrote {figure}", err=True)
     out = tables.console()
     out.print(heading)
-    tables.show_recognition(out, recognition)
-    return recognition.certified and recognition.label is not None
+    tables.show_recognition(out, found)
+    return found.certified and found.label is not None
 
 
-def _solver(name: SolverName) -> "Solver":
+def _solver(name: SolverName) -> solvers.Solver:
     """The solver of that name, imported only now."""
     if name is SolverName.NEWTON:
-        return newton.Newton()
-    return qp.Quadratic() if name is SolverName.QP else conic.Conic()
+        return solvers.Newton()
+    return solvers.Quadratic() if name is SolverName.QP else solvers.Conic()
 
 
 @app.command(epilog=EPILOG)
@@ -186,24 +161,24 @@ def solve(
     ] = None,
 ) -> bool:
     """Solve a problem file and certify the answer."""
-    with progress(FIRST_RUN, "solved"):
+    with working(FIRST_RUN):
         for file in (json, proof):
             if file is not None:
-                records.check_place(file)
-        asked = problem_files.read_problem(problem)
-        if solver is SolverName.QP and not qp.is_quadratic(asked.problem):
+                check_place(file)
+        asked = problems.read_problem(problem)
+        if solver is SolverName.QP and not solvers.is_quadratic(asked.problem):
             raise typer.BadParameter("qp needs lambda3 = 0 or one-column modalities; use --solver conic")
-        solution = solving.solve(asked.problem, _solver(solver), escalate=escalate)
-        proved = None if proof is None else proof_file.proof_record(solution)
+        answer = solution.solve(asked.problem, _solver(solver), escalate=escalate)
+        proved = None if proof is None else report.proof_record(answer)
     if json is not None:
-        _write(json, records.solution_record(solution), asked.id)
+        _write(json, report.solution_record(answer), asked.id)
     if proof is not None and proved is not None:
         _write(proof, proved)
     out = tables.console()
-    found = solution.certificate
+    found = answer.certificate
     out.print(tables.problem_line(asked.problem, asked.id))
-    tables.show_blocks(out, asked.problem, solution.w, solution.u, found)
-    claim = "solver", tables.solver_claim(solution)
+    tables.show_blocks(out, asked.problem, answer.w, answer.u, found)
+    claim = "solver", tables.solver_claim(answer)
     tables.show_facts(out, "Certificate", [*tables.certificate_facts(found), claim])
     return found.certified
 
@@ -216,15 +191,15 @@ def certify(
     json: Json = None,
 ) -> bool:
     """Judge an answer from anywhere; what it claims of itself is not looked at."""
-    with progress(FIRST_RUN, "solved"):
+    with working(FIRST_RUN):
         if json is not None:
-            records.check_place(json)
-        asked = problem_files.read_problem(problem)
-        point = problem_files.read_answer(answer, asked)
+            check_place(json)
+        asked = problems.read_problem(problem)
+        point = problems.read_answer(answer, asked)
         found = certificate.certify(asked.problem, point.w, point.u)
-        residual = optimality.optimality_residual(asked.problem, point.w, point.u)
+        residual = problems.optimality_residual(asked.problem, point.w, point.u)
     if json is not None:
-        _write(json, records.certificate_record(found, residual), asked.id)
+        _write(json, report.certificate_record(found, residual), asked.id)
     out = tables.console()
     out.print(tables.problem_line(asked.problem, asked.id))
     tables.show_blocks(out, asked.problem, point.w, point.u, found, residual)
@@ -234,18 +209,20 @@ def certify(
     return found.certified
 
 
-def _pictures(references: Path | None, views: Path | None, scene: str | None) -> "tuple[str, Named, Named]":
+def _pictures(
+    references: Path | None, views: Path | None, scene: str | None
+) -> "tuple[str, recognition.references.Named, recognition.references.Named]":
     """What to print first, the pictures of the known objects, and the views."""
     if references is not None and views is not None:
-        known, seen = perception.read_pictures(references), perception.read_pictures(views)
+        known, seen = recognition.read_pictures(references), recognition.read_pictures(views)
         return f"{len(seen)} views in {views}, {len(known)} objects in {references}", known, seen
-    names = perception.sample_names()
-    shown = perception.sample_scene(names[0] if scene is None else scene)
+    names = recognition.sample_names()
+    shown = recognition.sample_scene(names[0] if scene is None else scene)
     others = ", ".join(f"--scene {name}" for name in names if name != shown.name)
     heading = f"Sample: {len(shown.views)} robots look at {shown.name} (other scenes: {others})"
     return heading, shown.references, shown.views
 
 
 def _write(path: Path, record: dict[str, Any], name: str | None = None) -> None:
-    records.write_json(path, record if name is None else {"id": name, **record})
+    write_json(path, record if name is None else {"id": name, **record})
     typer.echo(f"wrote {path}", err=True)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 
 @contextmanager
@@ -30,3 +30,13 @@ def progress(first: str, done: str) -> Iterator[tuple[Callable[[int], None], Cal
             bar.update(task, description=f"{done} {name}", advance=1)
 
         yield expect, step
+
+
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """Show what is being done and the time that it takes; nobody knows how much is left."""
+    console = Console(stderr=True)
+    columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as line:
+        line.add_task(what, total=None)
+        yield

@@ -4,20 +4,14 @@ import os
 from enum import StrEnum
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from convexperc import simulation
 from convexperc.cli.exits import exits
-from convexperc.cli.later import Later
 from convexperc.cli.progress import progress
-
-if TYPE_CHECKING:
-    from convexperc import simulation
-    from convexperc.report import records
-    from convexperc.simulation import SetName, Written
-else:
-    records, simulation = Later("report.records"), Later("simulation")
+from convexperc.files import json_bytes
 
 app = typer.Typer(
     name="simulate",
@@ -105,7 +99,7 @@ def scene(
     start = perf_counter()
     known = None if meshes is None else simulation.read_meshes(meshes)
     asked = simulation.read_scene(description)
-    written = simulation.write_scene(folder, asked, simulation.Frame(width, height), meshes=known)
+    written = simulation.write_scene(folder, asked, simulation.ImageSize(width, height), meshes=known)
     _report(folder, written, perf_counter() - start)
     return True
 
@@ -119,12 +113,12 @@ def example(
 ) -> bool:
     """Print the description of a scene, to start from; each scene in a manifest.json has one as well."""
     found = next(one for one in simulation.SCENES if one.name == name.value)
-    typer.echo(records.json_bytes(simulation.scene_record(found)), nl=False)
+    typer.echo(json_bytes(simulation.scene_record(found)), nl=False)
     return True
 
 
 def _write_set(
-    kind: "SetName",
+    kind: simulation.SetName,
     folder: Path,
     seed: int,
     scenes: int,
@@ -136,7 +130,7 @@ def _write_set(
     start = perf_counter()
     known = None if meshes is None else simulation.read_meshes(meshes)
     names = simulation.OBJECTS_OF[kind] if objects is None else tuple(objects.split(","))
-    request = simulation.Request(kind, seed, scenes, names, simulation.Frame(*size))
+    request = simulation.Request(kind, seed, scenes, names, simulation.ImageSize(*size))
     with progress(START, "drew") as (expect, step):
 
         def advance(name: str, parts: int) -> None:
@@ -148,7 +142,7 @@ def _write_set(
     return True
 
 
-def _report(folder: Path, written: "Written", seconds: float) -> None:
+def _report(folder: Path, written: simulation.Written, seconds: float) -> None:
     """Say what was drawn, how fast, and what can be done with it."""
     manifest = written.manifest
     count = f"{written.pictures} views and references with masks of {len(manifest['scenes'])} scenes"

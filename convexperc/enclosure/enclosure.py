@@ -181,7 +181,7 @@ def _float_answer(
     else:
         try:
             with np.errstate(all="ignore"):
-                found = Newton().candidate(normal)
+                found = Newton().solve(normal)
         except (SolverError, ArithmeticError, np.linalg.LinAlgError):
             return None
         w, u = found.w, found.u

@@ -15,14 +15,15 @@ from fractions import Fraction
 import flint
 import numpy as np
 
+from convexperc.certificate.certificate import Certificate
 from convexperc.certificate.duality import DualPoint
 from convexperc.certificate.rationals import PRIMES, Integers, integers, row_basis, solve
 from convexperc.enclosure.balls import BallFrame, precision
 from convexperc.enclosure.central_path import Central, CentralPath
 from convexperc.enclosure.dyadic import Dyadic, exact, exact_balls, power, root_down, root_up, shortened
+from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
-from convexperc.solution.solution import Solution
 
 POINT_BITS = 100
 """A least-squares point is rounded where that moves the residuals by 2^-100 of their size."""
@@ -106,14 +107,23 @@ class Witnesses:
         return reached <= max(Fraction(relative) * low, Fraction(absolute) * self.target, width)
 
 
-def witnesses(data: Data, solution: Solution) -> Witnesses:
-    """Bounds as narrow as the solution's certificate asks, by the cheapest points that give them."""
-    best, certificate = Witnesses(data), solution.certificate
+def witnesses(data: Data, point: tuple[Vector, FeatureVector], certificate: Certificate) -> Witnesses:
+    """Find witnesses of bounds as narrow as the certificate asks, by the cheapest points that give them.
+
+    Parameters
+    ----------
+    data : Data
+    point : float64 (n,) and (d,)
+        An answer (w, u); it is never believed.
+    certificate : Certificate
+        Of that answer.
+    """
+    best = Witnesses(data)
     if data.lambda2 == 0 and (data.lambda1 == 0 or data.lambda3 == 0):
         _least_squares(best)
         return best
-    if np.isfinite(solution.w).all() and np.isfinite(solution.u).all():
-        w, u = exact(solution.w), exact(solution.u)
+    if all(np.isfinite(part).all() for part in point):
+        w, u = (exact(part) for part in point)
         best.try_primal(w, u)
         p, q = data.columns(w).plus(data.o, -1), data.rows(u).plus(w, -1)
         best.try_dual(p.times(Fraction(2)), q.times(2 * data.lambda1))
@@ -127,8 +137,8 @@ def witnesses(data: Data, solution: Solution) -> Witnesses:
         if best.within(*tolerances, width):
             break
         with precision(bits), suppress(ZeroDivisionError):  # a matrix singular at these bits: take more
-            for point in _central_points(data.problem, bits):
-                _try_central(best, point)
+            for central in _central_points(data.problem, bits):
+                _try_central(best, central)
                 if best.within(*tolerances, width):
                     break
     return best

@@ -2,11 +2,13 @@
 
 import math
 import operator
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from convexperc.errors import FeatureError
+from convexperc.errors import FeatureError, InputError
+from convexperc.files import placed, read_json
 
 UNIT_LENGTH = "unit length by modality"
 UNIT_SUM = "sum one by modality"
@@ -199,3 +201,18 @@ def _radius(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 1 <= value < math.inf:
         raise FeatureError("lbp_radius", value=value, must="must be a finite number >= 1")
     return float(value)
+
+
+def read_configuration(path: str | os.PathLike[str]) -> FeatureConfiguration:
+    """Read a feature configuration: what `FeatureConfiguration.to_dict` gives, as JSON.
+
+    Raises
+    ------
+    FileFormatError
+        Not readable, not JSON, or values that `FeatureConfiguration.from_dict` refuses.
+    """
+    file, record = read_json(path)
+    try:
+        return FeatureConfiguration.from_dict(record)
+    except InputError as error:
+        raise placed(file, error) from None

@@ -12,7 +12,7 @@ from jaxtyping import UInt8
 from numpy.typing import NDArray
 
 from convexperc.errors import ImageError
-from convexperc.features.picture_header import FORMATS, jpeg_size
+from convexperc.features.headers import FORMATS, jpeg_size
 
 Picture = UInt8[np.ndarray, "h w 3"]
 GrayPicture = UInt8[np.ndarray, "h w"]

@@ -1,19 +1,19 @@
-"""Files that come in: problems, answers and feature configurations, read strictly."""
+"""Problem and answer files: read strictly, written exactly."""
 
-import json
 import math
 import os
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.errors import FileFormatError, InputError
-from convexperc.features.configuration import FeatureConfiguration
+from convexperc.files import placed, read_json
 from convexperc.problem.arrays import Vector
+from convexperc.problem.modalities import Modalities
 from convexperc.problem.problem import Problem
 
 NUMBER = "must be a finite number: a JSON number, or a C99 hex float in a string"
@@ -70,7 +70,7 @@ def read_problem(path: str | os.PathLike[str]) -> ProblemFile:
             X, o, modalities=record.get("modalities"), lambda1=lambda1, lambda2=lambda2, lambda3=lambda3
         )
     except InputError as error:
-        raise _placed(file, error) from None
+        raise placed(file, error) from None
     return ProblemFile(_id(record, file), problem)
 
 
@@ -96,54 +96,6 @@ def read_answer(path: str | os.PathLike[str], asked: ProblemFile) -> AnswerFile:
             raise FileFormatError(f"{file}: {key}", value=point[key].size, must=must)
         point[key].flags.writeable = False
     return AnswerFile(given, point["w"], point["u"])
-
-
-def read_configuration(path: str | os.PathLike[str]) -> FeatureConfiguration:
-    """Read a feature configuration: what `FeatureConfiguration.to_dict` gives, as JSON.
-
-    Raises
-    ------
-    FileFormatError
-        Not readable, not JSON, or values that `FeatureConfiguration.from_dict` refuses.
-    """
-    file, record = read_json(path)
-    try:
-        return FeatureConfiguration.from_dict(record)
-    except InputError as error:
-        raise _placed(file, error) from None
-
-
-class _Constant(str):
-    """NaN, Infinity or -Infinity as it stands in the file: no JSON, and no number wherever one is due."""
-
-
-def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
-    """Return the file's name for errors, and its JSON.
-
-    Raises
-    ------
-    FileFormatError
-        Not readable, not JSON, or a key that is given twice.
-    """
-    file = os.fspath(path)
-
-    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        keys = [key for key, _ in pairs]
-        for key in keys if len(set(keys)) < len(keys) else ():
-            if keys.count(key) > 1:
-                raise FileFormatError(f"{file}: key", value=key, must="must be given once")
-        return dict(pairs)
-
-    must = "must be a readable JSON file"
-    try:
-        text = Path(path).read_bytes().decode("utf-8-sig")
-        return file, json.loads(text, object_pairs_hook=once, parse_constant=_Constant)
-    except FileFormatError:
-        raise
-    except OSError as problem:
-        raise FileFormatError(file, value=problem.strerror, must=must, remedy="Check the path.") from None
-    except (ValueError, RecursionError) as problem:
-        raise FileFormatError(file, value=str(problem), must=must) from None
 
 
 def _object(
@@ -194,6 +146,25 @@ def _number(value: Any, place: str) -> float:
     return number
 
 
-def _placed(file: str, error: InputError) -> FileFormatError:
-    """The same error, with the file's name."""
-    return FileFormatError(f"{file}: {error.what}", value=error.value, must=error.must, remedy=error.remedy)
+def problem_record(problem: Problem, name: str | None = None) -> dict[str, Any]:
+    """What `read_problem` reads: exact, with hex floats throughout."""
+    record: dict[str, Any] = {} if name is None else {"id": name}
+    record |= {"n": problem.n, "d": problem.d, "modalities": partition_record(problem.modalities)}
+    record |= {"X": [hex_floats(row) for row in problem.X], "o": hex_floats(problem.o)}
+    return record | dict(zip(LAMBDAS, hex_floats(problem.lambdas), strict=True))
+
+
+def partition_record(modalities: Modalities) -> dict[str, int | list[int]]:
+    """Sizes where the modalities follow each other, else columns: what `Modalities.of` reads."""
+    start = 0
+    for columns, size in zip(modalities, modalities.sizes, strict=True):
+        if not isinstance(columns, slice) or columns.start != start:
+            each = [np.arange(modalities.d)[columns].tolist() for columns in modalities]
+            return dict(zip(modalities.names, each, strict=True))
+        start += size
+    return dict(zip(modalities.names, modalities.sizes, strict=True))
+
+
+def hex_floats(values: Iterable[float]) -> list[str]:
+    """Each number as a C99 hex float: exact."""
+    return [float(value).hex() for value in values]

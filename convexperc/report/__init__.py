@@ -1,1 +1,5 @@
 """Records, proof files, tables and the figure of what was found."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -15,8 +15,8 @@ import numpy as np
 
 from convexperc.enclosure.witness import Data, witnesses
 from convexperc.errors import ProblemError
+from convexperc.problem.files import problem_record
 from convexperc.problem.problem import Problem
-from convexperc.report.records import problem_record
 from convexperc.solution.solution import Solution
 
 SCHEMA = "convexperc/proof/1"
@@ -44,7 +44,7 @@ def proof_record(solution: Solution) -> dict[str, Any]:
         F* may exceed the largest float64, so that no claim can be written.
     """
     problem, data = solution.problem, Data.of(solution.problem)
-    best = witnesses(data, solution)
+    best = witnesses(data, (solution.w, solution.u), solution.certificate)
     (high, w, u), (low, a, b) = best.primal, best.dual
     upper = _rounded_up(high)
     if upper is None:

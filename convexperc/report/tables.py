@@ -139,7 +139,7 @@ def certificate_facts(found: "Certificate") -> list[tuple[str, str]]:
 
 def solver_claim(solution: "Solution") -> str:
     """What the solver claims of its answer, marked as a claim."""
-    return f"{solution.solver}; its own word, not relied on: {solution.claim}"
+    return f"{solution.solver}; its own word, not relied on: {solution.solver_status}"
 
 
 def below(value: float, digits: int = 12) -> str:

@@ -9,13 +9,13 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from convexperc.errors import InputError
-from convexperc.report.records import json_bytes
+from convexperc.files import json_bytes
 from convexperc.simulation import case_study, physical
 from convexperc.simulation.catalogue import catalogue, mesh_sha256, object_of
 from convexperc.simulation.descriptions import scene_record
 from convexperc.simulation.drawing import draw_reference, draw_scene, find_scene, sha256
 from convexperc.simulation.folder import begin, close_folder, keep, open_folder, part_name
-from convexperc.simulation.image_size import Frame
+from convexperc.simulation.image_size import ImageSize
 from convexperc.simulation.layouts import SCENES
 from convexperc.simulation.light import BRIGHT
 from convexperc.simulation.manifest import manifest_head
@@ -137,7 +137,7 @@ def _finish(
 
 
 def write_scene(
-    folder: Path, scene: Scene, frame: Frame, *, meshes: Mapping[str, MeshModel] | None = None
+    folder: Path, scene: Scene, frame: ImageSize, *, meshes: Mapping[str, MeshModel] | None = None
 ) -> Written:
     """Draw one scene and its reference into a folder of the same form.
 
@@ -147,7 +147,7 @@ def write_scene(
         Where it goes; absent, empty, or what a run of the same scene left.
     scene : Scene
         What to draw.
-    frame : Frame
+    frame : ImageSize
         Size of the views.
     meshes : mapping of str to MeshModel
         Objects made of meshes.

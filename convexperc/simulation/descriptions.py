@@ -6,7 +6,7 @@ from dataclasses import asdict, fields, is_dataclass
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from convexperc.errors import FileFormatError, InputError
-from convexperc.problem.files import read_json
+from convexperc.files import read_json
 from convexperc.simulation.scenes import Scene
 
 FORMAT = "convexperc/scene/1"

@@ -10,14 +10,14 @@ from convexperc.errors import InputError
 from convexperc.simulation.camera import Camera
 from convexperc.simulation.catalogue import Catalogue
 from convexperc.simulation.descriptions import scene_record
-from convexperc.simulation.image_size import Frame
+from convexperc.simulation.image_size import ImageSize
 from convexperc.simulation.manifest import overhead_frame
-from convexperc.simulation.mjcf import Group
+from convexperc.simulation.mujoco_xml import Group
 from convexperc.simulation.proposing import Obstruction, Proposal, obstruction
 from convexperc.simulation.rendering import SceneRenderer, View, png
 from convexperc.simulation.scenes import Scene
 
-PROBE = Frame(80, 60, 1)
+PROBE = ImageSize(80, 60, 1)
 """Size at which the visible shares of a proposal are judged."""
 
 CLEAR: dict[Obstruction, tuple[float, float]] = {
@@ -47,7 +47,7 @@ class Drawn:
     files: dict[str, bytes]
 
 
-def draw_reference(scene: Scene, frame: Frame, objects: Catalogue) -> Drawn:
+def draw_reference(scene: Scene, frame: ImageSize, objects: Catalogue) -> Drawn:
     """Draw a scene's object alone in its surroundings, as the reference camera sees it.
 
     Raises
@@ -61,7 +61,7 @@ def draw_reference(scene: Scene, frame: Frame, objects: Catalogue) -> Drawn:
     return Drawn({"object": scene.object, **named, "description": scene_record(scene)}, files)
 
 
-def draw_scene(scene: Scene, frame: Frame, objects: Catalogue, level: str = "") -> Drawn:
+def draw_scene(scene: Scene, frame: ImageSize, objects: Catalogue, level: str = "") -> Drawn:
     """Draw every robot's view of a scene, its mask, and the scene from above.
 
     Raises
@@ -75,7 +75,9 @@ def draw_scene(scene: Scene, frame: Frame, objects: Catalogue, level: str = "") 
         return _drawn(scene, level, views, png(renderer.picture("overhead", above)))
 
 
-def find_scene(proposals: Iterable[Proposal | None], frame: Frame, objects: Catalogue, level: str) -> Drawn:
+def find_scene(
+    proposals: Iterable[Proposal | None], frame: ImageSize, objects: Catalogue, level: str
+) -> Drawn:
     """Draw the first proposed scene whose views are as wanted, judged by measuring.
 
     Raises

@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from convexperc.errors import InputError
-from convexperc.report.records import json_bytes, write_whole
+from convexperc.files import json_bytes, write_atomic
 from convexperc.simulation.drawing import Drawn, sha256
 
 MANIFEST, REQUEST, RECORDS, DRAWING = "manifest.json", "request.json", ".records", ".drawing"
@@ -109,7 +109,7 @@ def begin(folder: Path, head: Mapping[str, Any], whole: Entries) -> None:
     InputError
         A file cannot be written.
     """
-    write_whole(folder / REQUEST, json_bytes(head))
+    write_atomic(folder / REQUEST, json_bytes(head))
     if (folder / MANIFEST).exists():
         for entry in whole.values():
             _put_on_record(folder, entry)
@@ -119,7 +119,7 @@ def begin(folder: Path, head: Mapping[str, Any], whole: Entries) -> None:
 def _put_on_record(folder: Path, entry: Mapping[str, Any]) -> None:
     path = folder / RECORDS / f"{part_name(entry)}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, json_bytes(entry))
+    write_atomic(path, json_bytes(entry))
 
 
 def keep(folder: Path, drawn: Drawn) -> dict[str, Any]:
@@ -167,7 +167,7 @@ def close_folder(folder: Path, manifest: Mapping[str, Any]) -> None:
     InputError
         The manifest cannot be written.
     """
-    write_whole(folder / MANIFEST, json_bytes(manifest))
+    write_atomic(folder / MANIFEST, json_bytes(manifest))
     (folder / REQUEST).unlink(missing_ok=True)
     for name in (RECORDS, DRAWING):
         shutil.rmtree(folder / name, ignore_errors=True)

@@ -6,7 +6,7 @@ from convexperc.errors import InputError
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class ImageSize:
     """How many pixels a picture has, and how many samples each.
 
     Parameters

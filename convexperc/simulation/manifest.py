@@ -8,7 +8,7 @@ import cv2
 
 from convexperc.errors import InputError
 from convexperc.simulation.catalogue import Catalogue, mesh_sha256
-from convexperc.simulation.image_size import Frame
+from convexperc.simulation.image_size import ImageSize
 from convexperc.simulation.opengl import Engine
 
 UNITS = (
@@ -17,13 +17,13 @@ UNITS = (
 )
 
 
-def overhead_frame(frame: Frame) -> Frame:
+def overhead_frame(frame: ImageSize) -> ImageSize:
     """Return the size of the overhead picture that goes with views of size `frame`."""
-    return Frame(2 * frame.width, 2 * frame.height, frame.supersampling)
+    return ImageSize(2 * frame.width, 2 * frame.height, frame.supersampling)
 
 
 def manifest_head(
-    kind: str, seed: int, names: Iterable[str], frame: Frame, engine: Engine, objects: Catalogue
+    kind: str, seed: int, names: Iterable[str], frame: ImageSize, engine: Engine, objects: Catalogue
 ) -> dict[str, Any]:
     """Return what a manifest begins with, plain JSON values.
 
@@ -35,7 +35,7 @@ def manifest_head(
         Seed of what is random.
     names : iterable of str
         The objects.
-    frame : Frame
+    frame : ImageSize
         Size of the views.
     engine : Engine
         What draws.

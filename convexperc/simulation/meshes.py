@@ -19,8 +19,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from convexperc.errors import FileFormatError, InputError
-from convexperc.problem.files import read_json
-from convexperc.report.records import json_bytes
+from convexperc.files import json_bytes, read_json
 from convexperc.simulation.checks import check_name, check_range
 from convexperc.simulation.objects import OBJECTS
 

@@ -19,8 +19,8 @@ from convexperc.errors import InputError
 from convexperc.simulation.backends import INSTALL, RenderingError, choose_backend
 from convexperc.simulation.catalogue import Catalogue
 from convexperc.simulation.effects import Picture, apply_effects
-from convexperc.simulation.image_size import Frame
-from convexperc.simulation.mjcf import Group, mjcf
+from convexperc.simulation.image_size import ImageSize
+from convexperc.simulation.mujoco_xml import Group, mjcf
 from convexperc.simulation.objects import OBJECTS
 from convexperc.simulation.opengl import failure, load_mujoco, window
 from convexperc.simulation.scenes import Scene
@@ -56,7 +56,7 @@ class SceneRenderer:
     ----------
     scene : Scene
         What to draw.
-    largest : Frame
+    largest : ImageSize
         No picture will have more samples a side.
     objects : mapping of str to Model or MeshModel
         The known objects by name.
@@ -72,11 +72,11 @@ class SceneRenderer:
 
     Examples
     --------
-    >>> with SceneRenderer(RED_CAR, Frame(160, 120)) as renderer:  # doctest: +SKIP
-    ...     view = renderer.view("robot-1", Frame(160, 120))
+    >>> with SceneRenderer(RED_CAR, ImageSize(160, 120)) as renderer:  # doctest: +SKIP
+    ...     view = renderer.view("robot-1", ImageSize(160, 120))
     """
 
-    def __init__(self, scene: Scene, largest: Frame, objects: Catalogue = OBJECTS) -> None:
+    def __init__(self, scene: Scene, largest: ImageSize, objects: Catalogue = OBJECTS) -> None:
         document = mjcf(scene, objects)
         self.scene, self._cameras = scene, scene.cameras()
         self._mujoco = mujoco = load_mujoco()
@@ -107,14 +107,14 @@ class SceneRenderer:
         self._window.make_current()
         self._context.free()
 
-    def picture(self, camera: str, frame: Frame, groups: Collection[Group] = tuple(Group)) -> Picture:
+    def picture(self, camera: str, frame: ImageSize, groups: Collection[Group] = tuple(Group)) -> Picture:
         """Draw what a camera sees, with the camera's effects.
 
         Parameters
         ----------
         camera : str
             A name from `Scene.cameras`.
-        frame : Frame
+        frame : ImageSize
             Size of the picture.
         groups : collection of Group
             What is present; everything by default.
@@ -133,7 +133,7 @@ class SceneRenderer:
         blocks = self._read(frame).reshape(frame.height, side, frame.width, side, 3)
         return apply_effects(blocks.mean(axis=(1, 3)), self._cameras[camera], camera, self.scene.seed)
 
-    def view(self, camera: str, frame: Frame, groups: Collection[Group] = tuple(Group)) -> View:
+    def view(self, camera: str, frame: ImageSize, groups: Collection[Group] = tuple(Group)) -> View:
         """Draw what a camera sees, and where the object is in it.
 
         Parameters
@@ -155,7 +155,7 @@ class SceneRenderer:
         share = int(seen.sum()) / self._alone(camera, frame)
         return View(self.picture(camera, frame, groups), mask, share)
 
-    def visible_share(self, camera: str, frame: Frame) -> float:
+    def visible_share(self, camera: str, frame: ImageSize) -> float:
         """Return the samples that show the object, divided by those that show it when it is alone.
 
         Raises
@@ -167,7 +167,7 @@ class SceneRenderer:
         """
         return int(self._object_samples(camera, frame, tuple(Group)).sum()) / self._alone(camera, frame)
 
-    def _alone(self, camera: str, frame: Frame) -> int:
+    def _alone(self, camera: str, frame: ImageSize) -> int:
         """Count the samples that show the object when it is alone; at least one."""
         alone = int(self._object_samples(camera, frame, (Group.OBJECT,)).sum())
         if alone == 0:
@@ -176,7 +176,7 @@ class SceneRenderer:
         return alone
 
     def _object_samples(
-        self, camera: str, frame: Frame, groups: Collection[Group]
+        self, camera: str, frame: ImageSize, groups: Collection[Group]
     ) -> Bool[np.ndarray, "rows columns"]:
         """Tell at which samples the foremost surface is the object's."""
         self._update(camera, groups)
@@ -206,7 +206,7 @@ class SceneRenderer:
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(self._model, self._data, option, None, view, everything, self._drawn)
 
-    def _read(self, frame: Frame) -> UInt8[np.ndarray, "rows columns 3"]:
+    def _read(self, frame: ImageSize) -> UInt8[np.ndarray, "rows columns 3"]:
         """Draw the scene at the full number of samples; rows from the top."""
         samples = np.empty((frame.rows, frame.columns, 3), dtype=np.uint8)
         self._window.make_current()
@@ -215,7 +215,7 @@ class SceneRenderer:
         self._mujoco.mjr_readPixels(samples, None, area, self._context)
         return np.ascontiguousarray(samples[::-1])
 
-    def _new_context(self, largest: Frame) -> Any:
+    def _new_context(self, largest: ImageSize) -> Any:
         """Hand the model's meshes and textures to OpenGL."""
         mujoco = self._mujoco
         try:

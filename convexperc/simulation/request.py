@@ -9,7 +9,7 @@ from convexperc.errors import InputError
 from convexperc.simulation import case_study, physical
 from convexperc.simulation.catalogue import Catalogue
 from convexperc.simulation.checks import check_range
-from convexperc.simulation.image_size import Frame
+from convexperc.simulation.image_size import ImageSize
 from convexperc.simulation.manifest import manifest_head
 from convexperc.simulation.objects import CASE_STUDY, PHYSICAL
 from convexperc.simulation.opengl import Engine
@@ -38,7 +38,7 @@ class Request:
         How many scenes of each object, and in the physical set of each level.
     objects : tuple of str
         Names of objects, at least one, all different.
-    frame : Frame
+    frame : ImageSize
         Size of the views.
 
     Raises
@@ -51,7 +51,7 @@ class Request:
     seed: int
     scenes: int
     objects: tuple[str, ...]
-    frame: Frame
+    frame: ImageSize
 
     def __post_init__(self) -> None:
         check_range("seed", self.seed, 0, 2**63 - 1)

@@ -14,7 +14,8 @@ from convexperc.problem.library import Projection
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
 from convexperc.solution.single import solve
-from convexperc.solution.solution import Candidate, Solution, Status
+from convexperc.solution.solution import Solution, Status
+from convexperc.solvers.interface import SolverResult
 from convexperc.solvers.newton.method import Batch, Newton
 
 
@@ -190,7 +191,7 @@ class _Known:
     def name(self) -> str:
         return Newton().name
 
-    def candidate(self, problem: Problem) -> Candidate:
+    def solve(self, problem: Problem) -> SolverResult:
         """The answer, in the units of the normalised problem."""
         scaling, found = Scaling.of(self.problem), self.answers
         w, u = scaling.point(np.array(found.w[self.j]), found.u(self.j))
@@ -199,4 +200,4 @@ class _Known:
         if is_lasso(found.lambdas):
             b[:] = 0.0
         dual = 2.0 * (problem.X.T @ w - problem.o), b
-        return Candidate(w, u, "stopped", int(found.batch.iterations[self.j]), dual)
+        return SolverResult(w, u, "stopped", int(found.batch.iterations[self.j]), dual)

@@ -12,8 +12,8 @@ from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.formulation import residuals
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
-from convexperc.solution.solution import Candidate, Solution, Timings
-from convexperc.solvers.interface import Solver
+from convexperc.solution.solution import Solution, Timings
+from convexperc.solvers.interface import Solver, SolverResult
 from convexperc.solvers.newton.method import Newton
 
 CLEARLY_BELOW = 1.0 - 1e-6
@@ -81,13 +81,13 @@ def solve(
     normalised = time.perf_counter()
     try:
         with np.errstate(all="ignore"):
-            candidate = solver.candidate(normal)
+            candidate = solver.solve(normal)
     except (SolverError, ArithmeticError, np.linalg.LinAlgError) as failure:
         if not escalate:
             raise
         reason = failure.value if isinstance(failure, SolverError) else failure
         nothing = np.zeros(problem.n), np.zeros(problem.d)
-        candidate = Candidate(*nothing, f"failed: {reason}", 0)
+        candidate = SolverResult(*nothing, f"failed: {reason}", 0)
     solved = time.perf_counter()
     name, answer = solver.name, _judge(judge, candidate)
     if escalate and not answer.certificate.certified:
@@ -96,10 +96,12 @@ def solve(
     w, u = answer.w, answer.u
     w.flags.writeable = u.flags.writeable = False
     timings = Timings(normalised - start, solved - normalised, done - solved)
-    return Solution(problem, w, u, answer.certificate, name, candidate.claim, candidate.iterations, timings)
+    return Solution(
+        problem, w, u, answer.certificate, name, candidate.solver_status, candidate.iterations, timings
+    )
 
 
-def _judge(judge: Judge, candidate: Candidate) -> _Answer:
+def _judge(judge: Judge, candidate: SolverResult) -> _Answer:
     """Certify the candidate, the candidate with its proved zeros at 0, and the zero point; keep the best."""
     problem, scaling = judge.problem, judge.scaling
     w, u = scaling.point_back(candidate.w, candidate.u)

@@ -23,28 +23,6 @@ class Status(Enum):
     """Nothing is proved beyond the certificate's bounds, whatever the solver said."""
 
 
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A solver's answer to one problem, before anybody has judged it.
-
-    Attributes
-    ----------
-    w : float64 (n,)
-    u : float64 (d,)
-    claim : str
-        The solver's own status, word for word.
-    iterations : int
-    dual : pair of float64 (d,) and (n,), or None
-        The solver's own dual point (a, b), to be tried by the certificate.
-    """
-
-    w: Vector
-    u: FeatureVector
-    claim: str
-    iterations: int
-    dual: tuple[FeatureVector, Vector] | None = None
-
-
 @dataclass(frozen=True)
 class Timings:
     """Wall-clock seconds of each stage."""
@@ -73,8 +51,8 @@ class Solution:
         For the problem as given.
     solver : str
         Which solver answered.
-    claim : str
-        What that solver said of its answer; a claim, not a proof.
+    solver_status : str
+        What that solver said of its answer; not a proof, and not used.
     iterations : int
     timings : Timings
     """
@@ -84,7 +62,7 @@ class Solution:
     u: FeatureVector
     certificate: Certificate
     solver: str
-    claim: str
+    solver_status: str
     iterations: int
     timings: Timings = field(repr=False)
 

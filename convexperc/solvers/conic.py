@@ -11,7 +11,7 @@ import numpy as np
 
 from convexperc.errors import SolverError
 from convexperc.problem.problem import Problem
-from convexperc.solution.solution import Candidate
+from convexperc.solvers.interface import SolverResult
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class Conic:
         """Short name, for reports."""
         return "cvxpy+clarabel"
 
-    def candidate(self, problem: Problem) -> Candidate:
+    def solve(self, problem: Problem) -> SolverResult:
         """Answer one normalised problem.
 
         Raises
@@ -122,7 +122,7 @@ class Conic:
         if w is None or u is None:
             remedy = "Normalise the problem (convexperc.solve does) or choose another solver."
             raise SolverError("Clarabel", value=claim, must="must return a point", remedy=remedy)
-        return Candidate(
+        return SolverResult(
             np.array(w, dtype=np.float64), np.array(u, dtype=np.float64), claim, int(iterations or 0)
         )
 

@@ -8,7 +8,7 @@ from scipy import sparse
 
 from convexperc.errors import SolverError
 from convexperc.problem.problem import Problem
-from convexperc.solution.solution import Candidate
+from convexperc.solvers.interface import SolverResult
 
 
 def is_quadratic(problem: Problem) -> bool:
@@ -37,7 +37,7 @@ class Quadratic:
         """Short name, for reports."""
         return "osqp"
 
-    def candidate(self, problem: Problem) -> Candidate:
+    def solve(self, problem: Problem) -> SolverResult:
         """Answer one normalised problem.
 
         Raises
@@ -57,7 +57,7 @@ class Quadratic:
         x = result.x
         if x is None or not np.isfinite(x).all():
             raise SolverError("OSQP", value=result.info.status, must="must return a point")
-        return Candidate(x[:n].copy(), x[n : n + d].copy(), str(result.info.status), int(result.info.iter))
+        return SolverResult(x[:n].copy(), x[n : n + d].copy(), str(result.info.status), int(result.info.iter))
 
 
 def _matrices(

@@ -14,8 +14,8 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from convexperc.solution.single import solve
-from convexperc.solution.solution import Candidate
 from convexperc.solvers.conic import Conic
+from convexperc.solvers.interface import SolverResult
 from convexperc.solvers.newton.method import Newton
 from verification.__main__ import app
 from verification.campaign import run as campaign
@@ -37,10 +37,10 @@ class Crashing:
 
     name: str = "crashing"
 
-    def candidate(self, problem):
+    def solve(self, problem):
         if problem.n % 2:
             raise TypeError("planted")
-        return Newton().candidate(problem)
+        return Newton().solve(problem)
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ class Lazy:
 
     name: str = "lazy"
 
-    def candidate(self, problem):
-        return Candidate(np.zeros(problem.n), np.zeros(problem.d), "optimal", 0)
+    def solve(self, problem):
+        return SolverResult(np.zeros(problem.n), np.zeros(problem.d), "optimal", 0)
 
 
 def test_a_plan_deals_out_every_family_evenly():

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import verification.gather
 import verification.search.engine
-from convexperc.report.records import write_json
+from convexperc.files import write_json
 from verification.__main__ import app
 from verification.arguments import all_arguments
 from verification.baseline import read_baseline

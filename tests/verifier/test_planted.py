@@ -13,7 +13,8 @@ from convexperc.certificate import screening as optimum
 from convexperc.certificate.certificate import certify
 from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve
-from convexperc.solution.solution import Candidate, Status
+from convexperc.solution.solution import Status
+from convexperc.solvers.interface import SolverResult
 from convexperc.solvers.paper.loop import CORRECTED, run
 from verification.families import seeded
 from verification.oracles import objective
@@ -101,15 +102,15 @@ class Liar:
     def name(self) -> str:
         return "liar"
 
-    def candidate(self, problem: Problem) -> Candidate:
-        return Candidate(np.array(self.w), np.array(self.u), "optimal", 1, self.dual)
+    def solve(self, problem: Problem) -> SolverResult:
+        return SolverResult(np.array(self.w), np.array(self.u), "optimal", 1, self.dual)
 
 
 @pytest.mark.parametrize("value", [5.0, -1.0, 1e-9, 1e200, np.inf, np.nan])
 def test_a_lying_solver_is_not_believed(value: float) -> None:
     problem = Problem([[1.0, 0.0], [3.0, 1.0]], [1.0, 0.0], lambda1=1, lambda2=1, lambda3=0)
     solution = solve(problem, Liar((value,) * problem.n, (value,) * problem.d))
-    assert solution.claim == "optimal", solution.claim
+    assert solution.solver_status == "optimal", solution.solver_status
     assert solution.status is Status.NOT_CERTIFIED, (value, solution.certificate)
     assert not solution.is_optimal(solution.certificate.lower * 1e-6), (value, solution.certificate)
 

@@ -202,7 +202,7 @@ def _referee(case: Case, solution: Solution, failed: bool, report: Report) -> No
         tally.contradicted += 1
         report.contradictions.append(Contradiction(case, tuple(false)))
     if reason is not None:
-        _fail(report, _failure(case, solution.problem, solution, reason, solution.claim, true_gap))
+        _fail(report, _failure(case, solution.problem, solution, reason, solution.solver_status, true_gap))
 
 
 def _reason(solution: Solution, truth: Optimum) -> tuple[Reason, float]:

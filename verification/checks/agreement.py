@@ -82,11 +82,13 @@ def _judged(part: str, solution: Solution, truth: referee.Optimum) -> Observatio
     gap, target = value.lower - high, squares(exact(solution.problem.o))
     measure = share(gap, high)
     where = f"[{lower!r}, {upper!r}], F* = {number(high)!r}, F(w, u) = {number(value.lower)!r}"
-    other = solution.claim in FINISHED and gap > AWAY * target and _is_modest(solution.problem)
+    other = solution.solver_status in FINISHED and gap > AWAY * target and _is_modest(solution.problem)
     if misses or other:
-        return Observation(part, Outcome.FAILED, measure, f"{solution.claim}: {where}")
+        return Observation(part, Outcome.FAILED, measure, f"{solution.solver_status}: {where}")
     if solution.status is Status.NOT_CERTIFIED or not truth.tight:
-        return Observation(part, Outcome.UNDECIDED, measure, f"not certified ({solution.claim}): {where}")
+        return Observation(
+            part, Outcome.UNDECIDED, measure, f"not certified ({solution.solver_status}): {where}"
+        )
     return Observation(part, Outcome.HELD, measure)
 
 

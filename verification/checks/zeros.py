@@ -40,7 +40,7 @@ def with_lambdas(problem: Problem, *, lambda2: float | None = None, lambda3: flo
 def observe_lambda2(problem: Problem, source: Source) -> Iterator[Observation]:
     """F* = ||o||^2 at the critical lambda2, by the dual point (-2o, 0); F* < ||o||^2 at 0.9 of it."""
     part, data = "F3/critical_lambda2", Data.of(problem)
-    low, high = critical.critical_lambda2(problem)
+    low, high = critical.lambda2_max(problem)
     correlations = [2 * inner(row, data.o) for row in data.X]
     true = max(abs(x) for x in correlations)
     if not math.isfinite(high):
@@ -89,7 +89,7 @@ def _zero_is_optimal_below(problem: Problem, j: int, correlation: Fraction) -> s
 def observe_lambda3(problem: Problem, source: Source) -> Iterator[Observation]:
     """Compare F* at the critical lambda3 with F* far beyond it, and look for u = 0 at 0.9 of it."""
     part = "F3/critical_lambda3"
-    value, radius = _critical_lambda3(problem)
+    value, radius = _lambda3_max(problem)
     lambdas = [max(0.0, BELOW * value - radius), BEYOND * value + radius, FAR * (value + radius)]
     if not all(math.isfinite(x) for x in lambdas):
         yield Observation(part, Outcome.SKIPPED, detail="the critical lambda3 is beyond float64")
@@ -108,7 +108,7 @@ def observe_lambda3(problem: Problem, source: Source) -> Iterator[Observation]:
     yield Observation.of(part, short <= 0 and not needless, share(short, Fraction(proofs[1].upper)), detail)
 
 
-def _critical_lambda3(problem: Problem) -> tuple[float, float]:
+def _lambda3_max(problem: Problem) -> tuple[float, float]:
     """The critical lambda3, and how far its solution's gap may have put it off.
 
     Formula: 2 lambda1 max_i ||X_i'w||; a point with u = 0 and a gap has ||X'(w - w*)||^2 <= gap.
@@ -120,7 +120,7 @@ def _critical_lambda3(problem: Problem) -> tuple[float, float]:
         return behind[-1]
 
     try:
-        value = critical.critical_lambda3(problem, solve)
+        value = critical.lambda3_max(problem, solve)
     except OverflowError:
         return math.inf, 0.0
     if not behind:

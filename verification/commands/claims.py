@@ -170,7 +170,7 @@ def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Op
 
 def _gather(options: "Options", out: Path) -> "Run":
     """Run with a progress bar; keep the evidence, even of a run that was broken off."""
-    from convexperc.report.records import check_place, write_json  # noqa: PLC0415 - keeps --help quick
+    from convexperc.files import check_place, write_json  # noqa: PLC0415 - keeps --help quick
     from verification.gather import gather  # noqa: PLC0415
 
     name = "-".join([options.profile.name, str(options.seed), *options.claims])
@@ -222,7 +222,7 @@ def _read(file: Path) -> "Run":
 
 def _content(found: "Run", stored: "Experiments | None") -> dict[str, bytes]:
     """The files of the report."""
-    from convexperc.report.records import json_bytes  # noqa: PLC0415 - keeps --help quick
+    from convexperc.files import json_bytes  # noqa: PLC0415 - keeps --help quick
     from verification.baseline import for_run, read_baseline  # noqa: PLC0415
     from verification.report.write import files  # noqa: PLC0415
     from verification.verdicts import judge_all  # noqa: PLC0415

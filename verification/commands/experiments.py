@@ -61,7 +61,7 @@ def experiments(
     the scenes are drawn first. A run that is broken off goes on where it was when it is started again. Exit
     code 0: done; 2: misuse; 3: broken off.
     """
-    from convexperc.report.records import check_place  # noqa: PLC0415 - keeps --help quick
+    from convexperc.files import check_place  # noqa: PLC0415 - keeps --help quick
     from verification.experiments.design import Design  # noqa: PLC0415
     from verification.experiments.readings import first  # noqa: PLC0415
     from verification.experiments.record import NAME, write_record  # noqa: PLC0415

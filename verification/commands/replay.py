@@ -24,8 +24,8 @@ def replay(
 
     Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale.
     """
+    from convexperc.files import check_place, write_atomic  # noqa: PLC0415
     from convexperc.report.figure import picture_kind  # noqa: PLC0415 - keeps --help quick
-    from convexperc.report.records import check_place, write_whole  # noqa: PLC0415
     from verification.checks.catalogue import CHECKS  # noqa: PLC0415
     from verification.replay import replay as again  # noqa: PLC0415
 
@@ -41,7 +41,7 @@ def replay(
     screen.print(result.table())
     if plot is not None:
         with misuse("--plot"):
-            write_whole(plot, result.plot(picture_kind(plot)))
+            write_atomic(plot, result.plot(picture_kind(plot)))
     raise typer.Exit(1 if result.stale else 0)
 
 

@@ -113,8 +113,8 @@ def bench(
     json_file: File = None,
 ) -> None:
     """Time the library beside other solvers, all held to the same gap by the same judge."""
+    from convexperc.files import write_atomic  # noqa: PLC0415
     from convexperc.report.figure import picture_kind  # noqa: PLC0415 - keeps --help quick
-    from convexperc.report.records import write_whole  # noqa: PLC0415
     from verification.bench import screen as report  # noqa: PLC0415
     from verification.bench.floor import growth as grow  # noqa: PLC0415
     from verification.bench.growth_plot import growth_plot  # noqa: PLC0415
@@ -145,7 +145,7 @@ def bench(
     if growth:
         console.print(report.growth_table(grown))
     if plot is not None and kind is not None:
-        write_whole(plot, growth_plot(grown, kind))
+        write_atomic(plot, growth_plot(grown, kind))
     console.print_json(data=report.machine())
     _write(json_file, report.as_json(outcomes, frames, grown, proofs, seen))
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from convexperc.errors import FileFormatError
-from convexperc.report.records import json_bytes, write_whole
+from convexperc.files import json_bytes, write_atomic
 from verification.counterexamples.record import Record, parse
 
 
@@ -72,5 +72,5 @@ def save(record: Record, folder: str | os.PathLike[str]) -> Path:
     data = record.as_json()
     parse(data, record.id)
     place = Path(folder) / f"{record.id}.json"
-    write_whole(place, json_bytes(data))
+    write_atomic(place, json_bytes(data))
     return place

@@ -17,7 +17,7 @@ from convexperc.features.extraction import normalise
 from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
 from convexperc.features.pictures import resize, to_gray
-from convexperc.report.records import write_whole
+from convexperc.files import write_atomic
 from verification.experiments.information import mutual_information
 from verification.experiments.pictures import Layout, Mask, Picture, PictureSet
 from verification.experiments.provenance import of_features
@@ -108,7 +108,7 @@ class Store:
         """Write it, whole or not at all."""
         stream = io.BytesIO()
         np.save(stream, values)
-        write_whole(self.place(name), stream.getvalue())
+        write_atomic(self.place(name), stream.getvalue())
 
     def pictures(self, size: tuple[int, int], *, background: bool) -> NDArray[np.uint8]:
         """Pictures at the working size, shape (count, height, width, 3)."""

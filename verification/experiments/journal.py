@@ -5,7 +5,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from convexperc.report.records import write_whole
+from convexperc.files import write_atomic
 
 
 def canonical(data: Any) -> bytes:
@@ -46,7 +46,7 @@ class Journal:
     def put(self, name: str, found: dict[str, Any]) -> None:
         """Keep one; it is on the disk before this returns."""
         data = {"head": self._head, "digest": digest(found), "found": found}
-        write_whole(self._place(name), canonical(data) + b"\n")
+        write_atomic(self._place(name), canonical(data) + b"\n")
 
     def _place(self, name: str) -> Path:
         return self._folder / f"{name}.json"

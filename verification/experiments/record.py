@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from convexperc.report.records import json_bytes, write_whole
+from convexperc.files import json_bytes, write_atomic
 from verification.environment import machine, versions
 from verification.experiments.claims import CLAIMS
 from verification.experiments.collection import Collection
@@ -58,7 +58,7 @@ def sound(data: Mapping[str, Any]) -> bool:
 def write_record(folder: Path, data: Mapping[str, Any]) -> Path:
     """Write ``experiments.json`` into a folder that is there; keys are sorted."""
     place = folder / NAME
-    write_whole(place, json_bytes(_sorted(data)))
+    write_atomic(place, json_bytes(_sorted(data)))
     return place
 
 

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from convexperc.simulation import OBJECTS_OF, Frame, Request, SetName, write_data_set
+from convexperc.simulation import OBJECTS_OF, ImageSize, Request, SetName, write_data_set
 
 SIZES: dict[SetName, int] = {"physical": 6, "case-study": 8}
 """Scenes of each object, and in the physical set of each level."""
-FRAME = Frame(160, 120)
+FRAME = ImageSize(160, 120)
 
 
 def draw(

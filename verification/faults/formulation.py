@@ -109,17 +109,17 @@ OBJECTIVE = (
     Fault(
         "critical lambda2 without its factor 2",
         "F3/critical_lambda2",
-        wrapped(critical, "critical_lambda2", lambda found, *a: (0.5 * found[0], 0.5 * found[1])),
+        wrapped(critical, "lambda2_max", lambda found, *a: (0.5 * found[0], 0.5 * found[1])),
     ),
     Fault(
         "critical lambda3 without its factor 2",
         "F3/critical_lambda3",
-        wrapped(critical, "critical_lambda3", lambda found, *a: 0.5 * found),
+        wrapped(critical, "lambda3_max", lambda found, *a: 0.5 * found),
     ),
     Fault(
         "critical lambda3 doubled",
         "F3/critical_lambda3",
-        wrapped(critical, "critical_lambda3", lambda found, *a: 2.0 * found),
+        wrapped(critical, "lambda3_max", lambda found, *a: 2.0 * found),
     ),
 )
 

@@ -37,10 +37,10 @@ def _without_lambda3(problem: Problem) -> Problem:
     return with_lambdas(problem, problem.lambda1, problem.lambda2, 0.0)
 
 
-def candidate_of(solver: type, change: Callable[[Problem], Problem]) -> Plant:
+def result_of(solver: type, change: Callable[[Problem], Problem]) -> Plant:
     """Let a solver answer another problem than the one it is given."""
-    original = solver.candidate  # type: ignore[attr-defined]
-    return replaced(solver, "candidate", lambda self, problem: original(self, change(problem)))
+    original = solver.solve  # type: ignore[attr-defined]
+    return replaced(solver, "solve", lambda self, problem: original(self, change(problem)))
 
 
 def assigned(change: Callable[[Problem], Problem]) -> Plant:
@@ -51,9 +51,9 @@ def assigned(change: Callable[[Problem], Problem]) -> Plant:
 
 def stopped_after(steps: int) -> Plant:
     """Newton's method with few steps."""
-    original = Newton.candidate
+    original = Newton.solve
     return replaced(
-        Newton, "candidate", lambda self, problem: original(replace(self, max_iterations=steps), problem)
+        Newton, "solve", lambda self, problem: original(replace(self, max_iterations=steps), problem)
     )
 
 
@@ -99,14 +99,14 @@ SOLVERS = (
     Fault(
         "lambda2 and lambda3 halved for Newton's method",
         "F2/reduced",
-        candidate_of(Newton, halved_penalties),
+        result_of(Newton, halved_penalties),
     ),
     Fault("Newton's method stops after one step", "F2/reduced", stopped_after(1)),
     Fault("one modality's columns shifted in the reduction", "F2/reduced", reduction_with(_shifted_columns)),
     Fault(
         "OSQP's answer is another problem's",
         "F2/quadratic",
-        candidate_of(Quadratic, halved_penalties),
+        result_of(Quadratic, halved_penalties),
         families=("one_column_modalities",),
     ),
     Fault(
@@ -133,7 +133,7 @@ ANSWERS = (
         "Newton stops at once and nothing follows",
         "B2/answered",
         together(
-            candidate_of(Newton, halved_penalties),
+            result_of(Newton, halved_penalties),
             replaced(solving, "_escalate", lambda problem, answer: answer),
         ),
     ),

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from convexperc.errors import InputError
-from convexperc.report.records import check_place, write_whole
+from convexperc.files import check_place, write_atomic
 from verification.baseline import assess
 from verification.evidence import Evidence, Judgement, Verdict
 from verification.experiments_record import Experiments
@@ -114,8 +114,8 @@ def store(content: Mapping[str, bytes], outdir: Path) -> None:
             str(outdir), value=problem.strerror, must="must be a folder that can be written"
         ) from None
     for name, data in content.items():
-        write_whole(outdir / name, data)
-    write_whole(outdir / SUMS, sums(content))
+        write_atomic(outdir / name, data)
+    write_atomic(outdir / SUMS, sums(content))
 
 
 def _withdraw(outdir: Path, content: Mapping[str, bytes]) -> None:

@@ -10,7 +10,7 @@ from convexperc.certificate.reduced import Shared
 from convexperc.problem.arrays import Matrix, Vector
 from convexperc.problem.gram import Reduction
 from convexperc.problem.problem import Problem
-from convexperc.solution.solution import Candidate
+from convexperc.solvers.interface import SolverResult
 from convexperc.solvers.newton.loop import Race, Rules, solve_batch
 from convexperc.solvers.newton.subproblem import lasso, lasso_batch
 
@@ -75,7 +75,7 @@ class Newton:
         """Short name, for reports."""
         return "newton"
 
-    def candidate(self, problem: Problem) -> Candidate:
+    def solve(self, problem: Problem) -> SolverResult:
         """Answer one normalised problem."""
         reduction = Reduction.of(problem.X, problem.modalities)
         if problem.lambda1 == 0.0 or problem.lambda3 == 0.0:
@@ -86,7 +86,7 @@ class Newton:
         w, q = batch.W[0], batch.Q[0]
         u = reduction.recover(batch.T[0], q)
         dual = 2.0 * (problem.X.T @ w - problem.o), -2.0 * q
-        return Candidate(w, u, "stopped", int(batch.iterations[0]), dual)
+        return SolverResult(w, u, "stopped", int(batch.iterations[0]), dual)
 
     def batch(
         self,
@@ -128,7 +128,7 @@ class Newton:
         )  # fmt: skip
         return Batch(W, T, Q, iterations)
 
-    def _uncoupled(self, problem: Problem, reduction: Reduction) -> Candidate:
+    def _uncoupled(self, problem: Problem, reduction: Reduction) -> SolverResult:
         """lambda1 = 0 (then u = 0) or lambda3 = 0 (then Xu is the projection of w): a lasso in w."""
         X, o = problem.X, problem.o
         basis = _range_basis(X)
@@ -143,7 +143,7 @@ class Newton:
         if problem.lambda1 > 0.0:
             u = np.linalg.lstsq(X, w, rcond=None)[0]
             b = -2.0 * problem.lambda1 * (w - basis @ (basis.T @ w))
-        return Candidate(w, u, "stopped", 1, (2.0 * (X.T @ w - o), b))
+        return SolverResult(w, u, "stopped", 1, (2.0 * (X.T @ w - o), b))
 
 
 def lassos(

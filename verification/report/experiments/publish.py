@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from convexperc.report.records import check_place, write_whole
+from convexperc.files import check_place, write_atomic
 from verification.experiments_record import read_experiments
 from verification.report.experiments.pages import experiment_files
 from verification.report.experiments.sheets import contact_sheets
@@ -42,5 +42,5 @@ def publish(folder: Path, data_dirs: Sequence[Path] = ()) -> list[Path]:
         place.parent.mkdir(parents=True, exist_ok=True)
         check_place(place)
     for place, data in content.items():
-        write_whole(place, data)
+        write_atomic(place, data)
     return list(content)

@@ -1,0 +1,53 @@
+from .certificate import Certificate, certify, critical_lambda2, critical_lambda3, lambda2_max, lambda3_max
+from .enclosure import Enclosure, enclose
+from .errors import ConvexpercError
+from .features import FeatureConfiguration, extract
+from .problem import Modalities, Problem, optimality_residual
+from .recognition import Recognition, References, Verdict, decided_by, perceive, recognize, recognize_path
+from .solution import (
+    Answers,
+    Solution,
+    Status,
+    WeightIntervals,
+    solve,
+    solve_many,
+    solve_path,
+    weight_intervals,
+)
+from .solvers import Conic, Newton, Quadratic
+
+__all__ = [
+    "Answers",
+    "Certificate",
+    "Conic",
+    "ConvexpercError",
+    "Enclosure",
+    "FeatureConfiguration",
+    "Modalities",
+    "Newton",
+    "Problem",
+    "Quadratic",
+    "Recognition",
+    "References",
+    "Solution",
+    "Status",
+    "Verdict",
+    "WeightIntervals",
+    "certify",
+    "critical_lambda2",
+    "critical_lambda3",
+    "decided_by",
+    "enclose",
+    "extract",
+    "lambda2_max",
+    "lambda3_max",
+    "optimality_residual",
+    "perceive",
+    "recognize",
+    "recognize_path",
+    "solve",
+    "solve_many",
+    "solve_path",
+    "weight_intervals",
+]
+__version__: str

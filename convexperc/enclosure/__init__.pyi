@@ -1,0 +1,10 @@
+from .enclosure import Enclosure, certify_in_balls, enclose
+from .witness import Witnesses, witnesses
+
+__all__ = [
+    "Enclosure",
+    "Witnesses",
+    "certify_in_balls",
+    "enclose",
+    "witnesses",
+]

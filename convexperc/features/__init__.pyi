@@ -1,0 +1,23 @@
+from .color import color_histogram
+from .configuration import FeatureConfiguration, read_configuration
+from .extraction import extract, normalise, raw_blocks, unit_length
+from .hog import hog_descriptor
+from .lbp import lbp_histogram
+from .pictures import as_rgb, list_images, read_image, resize, to_gray
+
+__all__ = [
+    "FeatureConfiguration",
+    "as_rgb",
+    "color_histogram",
+    "extract",
+    "hog_descriptor",
+    "lbp_histogram",
+    "list_images",
+    "normalise",
+    "raw_blocks",
+    "read_configuration",
+    "read_image",
+    "resize",
+    "to_gray",
+    "unit_length",
+]

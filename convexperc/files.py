@@ -1,0 +1,130 @@
+"""Files in and out: JSON read strictly, files written whole or not at all."""
+
+import json
+import os
+import secrets
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from convexperc.errors import FileFormatError, InputError
+
+
+class _Constant(str):
+    """NaN, Infinity or -Infinity as it stands in the file: no JSON, and no number wherever one is due."""
+
+
+def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
+    """Return the file's name for errors, and its JSON.
+
+    Raises
+    ------
+    FileFormatError
+        Not readable, not JSON, or a key that is given twice.
+    """
+    file = os.fspath(path)
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        keys = [key for key, _ in pairs]
+        for key in keys if len(set(keys)) < len(keys) else ():
+            if keys.count(key) > 1:
+                raise FileFormatError(f"{file}: key", value=key, must="must be given once")
+        return dict(pairs)
+
+    must = "must be a readable JSON file"
+    try:
+        text = Path(path).read_bytes().decode("utf-8-sig")
+        return file, json.loads(text, object_pairs_hook=once, parse_constant=_Constant)
+    except FileFormatError:
+        raise
+    except OSError as problem:
+        raise FileFormatError(file, value=problem.strerror, must=must, remedy="Check the path.") from None
+    except (ValueError, RecursionError) as problem:
+        raise FileFormatError(file, value=str(problem), must=must) from None
+
+
+def placed(file: str, error: InputError) -> FileFormatError:
+    """The same error, with the file's name."""
+    return FileFormatError(f"{file}: {error.what}", value=error.value, must=error.must, remedy=error.remedy)
+
+
+def write_json(path: str | os.PathLike[str], record: Mapping[str, Any]) -> None:
+    """Write `record` as JSON, a line for each innermost list; see `write_atomic`."""
+    write_atomic(path, json_bytes(record))
+
+
+def json_bytes(record: Mapping[str, Any]) -> bytes:
+    """Return what `write_json` writes."""
+    return (_layout(record, "") + "\n").encode()
+
+
+def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
+    """Write a file so that nobody ever sees half of it: beside its place first, then moved there.
+
+    Raises
+    ------
+    InputError
+        See `check_place`; also a full disc.
+    """
+    place = check_place(path)
+    beside = place.with_name(f".{secrets.token_hex(6)}.part")
+    try:
+        try:
+            with beside.open("xb") as stream:
+                stream.write(data)
+                stream.flush()
+                os.fsync(stream.fileno())
+            beside.replace(place)
+        except BaseException:
+            with suppress(OSError):
+                beside.unlink(missing_ok=True)
+            raise
+    except OSError as problem:
+        raise _unwritable(path, problem.strerror) from None
+
+
+def check_place(path: str | os.PathLike[str]) -> Path:
+    """Return the real place of a file to be written, after asking whether it could be: for long work's start.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, it cannot be written, something other than a file is in the place, or it
+        is one like ``/dev/stdout``, behind which another's open file may be that would be replaced.
+    """
+    try:
+        place = Path(path).resolve()
+        device = Path(path).absolute().parts[1:2] in (("dev",), ("proc",))
+        if device or (place.exists() and not place.is_file()):
+            raise _unwritable(path, "no ordinary file")
+    except (OSError, ValueError, RuntimeError) as problem:
+        if isinstance(problem, InputError):
+            raise
+        raise _unwritable(path, str(problem)) from None
+    if not place.parent.is_dir():
+        raise _unwritable(path, "no such folder")
+    if not os.access(place.parent, os.W_OK | os.X_OK):
+        raise _unwritable(path, "no permission in its folder")
+    return place
+
+
+def _unwritable(path: str | os.PathLike[str], found: str | None) -> InputError:
+    must = "must be a file that can be written"
+    return InputError(f"output {os.fspath(path)}", value=found, must=must, remedy="Choose another place.")
+
+
+def _layout(value: Any, indent: str) -> str:
+    """JSON with a line for each entry, but innermost lists and pairs in one line."""
+    deeper = indent + "  "
+    if isinstance(value, Mapping) and (len(value) > 2 or _nested(value.values())):
+        parts = [f"{json.dumps(key)}: {_layout(entry, deeper)}" for key, entry in value.items()]
+        return "{\n" + ",\n".join(deeper + part for part in parts) + f"\n{indent}}}"
+    if isinstance(value, list) and _nested(value):
+        parts = [deeper + _layout(entry, deeper) for entry in value]
+        return "[\n" + ",\n".join(parts) + f"\n{indent}]"
+    return json.dumps(value, allow_nan=False)
+
+
+def _nested(values: Iterable[Any]) -> bool:
+    return any(isinstance(value, (Mapping, list)) for value in values)

@@ -1,0 +1,13 @@
+from .figure import picture_kind, recognition_picture
+from .proof import data_digest, proof_record
+from .records import certificate_record, recognition_record, solution_record
+
+__all__ = [
+    "certificate_record",
+    "data_digest",
+    "picture_kind",
+    "proof_record",
+    "recognition_picture",
+    "recognition_record",
+    "solution_record",
+]

@@ -1,0 +1,7 @@
+from .method import Batch, Newton, Start
+
+__all__ = [
+    "Batch",
+    "Newton",
+    "Start",
+]

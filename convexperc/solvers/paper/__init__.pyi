@@ -1,0 +1,9 @@
+from .loop import run
+from .readings import Reading
+from .trace import PaperTrace
+
+__all__ = [
+    "PaperTrace",
+    "Reading",
+    "run",
+]
