@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-import convexperc.recognition.references
+import convexperc.recognition
 import convexperc.solvers.newton.method
 from convexperc.cli.main import app
 from convexperc.errors import SolverError
@@ -198,14 +198,14 @@ def test_a_tie_is_exit_1_with_its_reason(folders, tmp_path):
 
 @pytest.mark.parametrize(("doubtful", "code"), [("disc", 1), ("stripes", 0)])
 def test_a_label_whose_own_answer_is_not_certified_is_exit_1(folders, monkeypatch, doubtful, code):
-    real = convexperc.recognition.references.perceive
+    real = convexperc.recognition.perceive
 
     def half_certified(*args, **options):
         found = real(*args, **options)
         gap = np.where(np.array(found.names) == doubtful, 1.0, found.answers.gap)
         return decide(replace(found.answers, gap=gap), found.names, found.views)
 
-    monkeypatch.setattr(convexperc.recognition.references, "perceive", half_certified)
+    monkeypatch.setattr(convexperc.recognition, "perceive", half_certified)
     result = expect(code, run(*recognize_arguments(folders)))
     assert "label    disc" in result.stdout, result.stdout
     assert "1 of 2 have a certified answer" in result.stdout, result.stdout
@@ -214,7 +214,7 @@ def test_a_label_whose_own_answer_is_not_certified_is_exit_1(folders, monkeypatc
 
 
 def test_recognize_wants_one_source_and_sound_options(folders, tmp_path, monkeypatch):
-    monkeypatch.setattr(convexperc.recognition.references, "perceive", pytest.fail)
+    monkeypatch.setattr(convexperc.recognition, "perceive", pytest.fail)
     for arguments in (
         ("recognize",),
         ("recognize", "--references", folders),

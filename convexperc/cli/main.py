@@ -137,7 +137,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     return found.certified and found.label is not None
 
 
-def _solver(name: SolverName) -> solvers.Solver:
+def _solver(name: SolverName) -> "solvers.Solver":
     """The solver of that name, imported only now."""
     if name is SolverName.NEWTON:
         return solvers.Newton()

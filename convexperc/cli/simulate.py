@@ -118,7 +118,7 @@ def example(
 
 
 def _write_set(
-    kind: simulation.SetName,
+    kind: "simulation.SetName",
     folder: Path,
     seed: int,
     scenes: int,
@@ -142,7 +142,7 @@ def _write_set(
     return True
 
 
-def _report(folder: Path, written: simulation.Written, seconds: float) -> None:
+def _report(folder: Path, written: "simulation.Written", seconds: float) -> None:
     """Say what was drawn, how fast, and what can be done with it."""
     manifest = written.manifest
     count = f"{written.pictures} views and references with masks of {len(manifest['scenes'])} scenes"
