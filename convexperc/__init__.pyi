@@ -1,8 +1,16 @@
-from .certificate import Certificate, certify, critical_lambda2, critical_lambda3, lambda2_max, lambda3_max
+from .certificate import (
+    Certificate,
+    Tolerances,
+    certify,
+    critical_lambda2,
+    critical_lambda3,
+    lambda2_max,
+    lambda3_max,
+)
 from .enclosure import Enclosure, enclose
 from .errors import ConvexpercError
 from .features import FeatureConfiguration, extract
-from .problem import Modalities, Problem, optimality_residual
+from .problem import Modalities, Penalties, Problem, TemplateLibrary, optimality_residual
 from .recognition import Recognition, References, Verdict, decided_by, perceive, recognize, recognize_path
 from .solution import (
     Answers,
@@ -25,12 +33,15 @@ __all__ = [
     "FeatureConfiguration",
     "Modalities",
     "Newton",
+    "Penalties",
     "Problem",
     "Quadratic",
     "Recognition",
     "References",
     "Solution",
     "Status",
+    "TemplateLibrary",
+    "Tolerances",
     "Verdict",
     "WeightIntervals",
     "certify",

@@ -68,6 +68,30 @@ class PointError(InputError):
     """A pair (w, u) does not fit the problem that it is to be judged on."""
 
 
+class ToleranceError(InputError):
+    """A tolerance is no finite number >= 0."""
+
+
+class PrecisionError(InputError):
+    """A number of bits cannot be used."""
+
+
+class DecisionError(InputError):
+    """There is no such decision."""
+
+
+class TemplateNameError(InputError):
+    """The names of the templates do not fit, or there is no template of that name."""
+
+
+class RobotNameError(InputError):
+    """The names of the robots do not fit the rows of X."""
+
+
+class StartError(InputError):
+    """Earlier answers do not fit the views and templates that they are to start."""
+
+
 class ImageError(InputError):
     """A picture cannot be read or is absurd."""
 

@@ -8,9 +8,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rational import objective_bounds, smallest_scalar
 
-from convexperc.certificate.certificate import ENOUGH, Judge, certify
+from convexperc.certificate.certificate import ENOUGH, Certifier, certify
 from convexperc.certificate.duality import dual_value
-from convexperc.certificate.frame import Frame
+from convexperc.certificate.evaluation import NormalizedData
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
 from convexperc.solution.single import solve
@@ -152,7 +152,7 @@ def test_gap_terms_are_the_brackets_of_the_formula_and_sum_to_the_gap(seed):
     problem = posed(X, o, random.uniform(0.1, 2.0, 3).tolist(), [1, 3])
     proof = certify(problem, w, u)
     scaling = Scaling.of(problem)
-    frame = Frame.of(problem, scaling)
+    frame = NormalizedData.of(problem, scaling)
     point, terms, (w_, u_) = proof.dual, proof.terms, scaling.point(w, u)
     assert (point is None) == (terms is None), proof
     if point is None:
@@ -239,7 +239,7 @@ def test_a_judge_judges_many_points_as_certify_does():
     X, o = random.normal(size=(3, 7)), random.normal(size=7)
     for lambdas in ((0.7, 0.2, 0.3), (0.7, 0.0, 0.0)):
         problem = posed(X, o, lambdas, [3, 4])
-        judge = Judge.of(problem, thorough=True)
+        judge = Certifier.of(problem, thorough=True)
         for _ in range(3):
             w, u = random.normal(size=3), random.normal(size=7)
             mine, plain = judge.certificate(w, u), certify(problem, w, u, thorough=True)

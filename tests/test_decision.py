@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from convexperc import Verdict, decided_by, recognize, recognize_path
-from convexperc.errors import ProblemError
+from convexperc.errors import DecisionError
 from convexperc.recognition.decision import Decision, costs
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 0.05, "lambda3": 0.05, "modalities": [7, 5]}
@@ -111,7 +111,7 @@ def test_bounds_are_rounded_outwards():
 def test_another_decision_is_refused():
     X, O = frame(2, 0)
     with pytest.raises(
-        ProblemError, match="decision must be one of 'objective', 'explained share'; got 'best'"
+        DecisionError, match="decision must be one of 'objective', 'explained share'; got 'best'"
     ):
         recognize(X, O, decision="best", **LAMBDAS)
 

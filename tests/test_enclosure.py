@@ -14,7 +14,7 @@ from convexperc.enclosure.ball_duality import dual_value, objective_at, primal_v
 from convexperc.enclosure.balls import BallFrame, precision
 from convexperc.enclosure.central_path import Central
 from convexperc.enclosure.enclosure import certify_in_balls, enclose
-from convexperc.errors import PointError
+from convexperc.errors import PrecisionError
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
 from convexperc.solution.single import solve
@@ -79,7 +79,7 @@ def test_newton_gives_a_hundred_bits_from_a_float_answer_in_a_few_steps(lambdas)
 
 
 def test_fewer_bits_than_a_float_are_refused():
-    with pytest.raises(PointError, match="at least 53"):
+    with pytest.raises(PrecisionError, match="at least 53"):
         enclose(CLOSED_FORMS["19/32"][0], bits=52)
 
 

@@ -9,9 +9,10 @@ import pytest
 import convexperc.problem.library
 from convexperc import Problem, recognize, solve, solve_many, solve_path
 from convexperc.certificate.certificate import certify
+from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.rounding import gamma
 from convexperc.errors import ModalityError, ProblemError
-from convexperc.problem.library import Projection
+from convexperc.problem.reduced import ReducedData
 from convexperc.recognition.recognition import Verdict
 from convexperc.recognition.ties import interchangeable
 from convexperc.solution.solution import Status
@@ -99,7 +100,7 @@ def test_blocks_memory_maps_and_layouts_change_nothing_but_rounding(tmp_path, mo
     stored.flush()
     mapped = np.load(tmp_path / "library.npy", mmap_mode="r")
     found = solve_many(X, mapped, modalities=SIZES, **LAMBDAS)
-    assert isinstance(found.projection.O, np.memmap)
+    assert isinstance(found.data.library.O, np.memmap)
     assert (found.lower <= base.upper).all()
     assert (base.lower <= found.upper).all()
     assert found.certified.all()
@@ -212,11 +213,12 @@ def test_long_sums_keep_within_the_roundings_that_they_are_charged_with(order):
     o = np.full(d, 2.0**-27)
     o[0] = 1.0
     X = np.asarray(np.stack([o, o[::-1]]))
-    found = Projection.of(X, np.asarray(np.stack([o, 2.0 * o]).T, order=order), [1, d - 1])
-    depth = found.reduction.depth
+    found = DataBounds.of(ReducedData.of(X, np.asarray(np.stack([o, 2.0 * o]).T, order=order), [1, d - 1]))
+    reduction = found.data.views.reduction
+    depth = reduction.depth
     assert depth < d / 50
     exact = 1 + (d - 1) * Fraction(1, 2**54)
-    for value, scale in ((found.squares, 1), (found.reduction.G[0], 1)):
+    for value, scale in ((found.squares, 1), (reduction.G[0], 1)):
         middle = value[0][0] if isinstance(value, tuple) else value[0]
         assert abs(Fraction(float(middle)) / exact - 1) <= 2 * Fraction(gamma(depth + 200)), (middle, scale)
     assert Fraction(float(found.squares[0][0])) <= exact <= Fraction(float(found.squares[1][0]))

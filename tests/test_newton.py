@@ -5,8 +5,8 @@ import pickle
 import numpy as np
 import pytest
 
-from convexperc.problem.gram import Reduction
 from convexperc.problem.problem import Problem
+from convexperc.problem.reduction import Reduction
 from convexperc.problem.scaling import Scaling
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
@@ -60,7 +60,8 @@ def test_the_reduced_point_is_the_stationary_one(seed):
     problem = Scaling.of(random_problem(seed)).normalise(random_problem(seed))
     reduction = Reduction.of(problem.X, problem.modalities)
     batch = Newton().batch(
-        reduction,
+        reduction.G,
+        reduction.K,
         (problem.X @ problem.o)[None, :],
         np.array([problem.o @ problem.o]),
         np.array([problem.lambdas]),
@@ -91,7 +92,7 @@ def frame(seed: int = 0, p: int = 12):
 
 def test_a_batch_gives_what_one_by_one_gives():
     problems, reduction, C, targets, lambdas = frame()
-    batch = Newton().batch(reduction, C, targets, lambdas)
+    batch = Newton().batch(reduction.G, reduction.K, C, targets, lambdas)
     for problem, w in zip(problems, batch.W, strict=True):
         alone = solve(problem, Newton())
         assert np.allclose(w, alone.w, atol=1e-7), (w, alone.w)
@@ -99,8 +100,8 @@ def test_a_batch_gives_what_one_by_one_gives():
 
 def test_a_warm_start_at_the_answer_needs_no_steps():
     _, reduction, C, targets, lambdas = frame()
-    cold = Newton().batch(reduction, C, targets, lambdas)
-    warm = Newton().batch(reduction, C, targets, lambdas, start=cold.start())
+    cold = Newton().batch(reduction.G, reduction.K, C, targets, lambdas)
+    warm = Newton().batch(reduction.G, reduction.K, C, targets, lambdas, start=cold.start())
     assert warm.iterations.max() <= 1, warm.iterations
     assert cold.iterations.min() >= 2, cold.iterations
     assert np.allclose(warm.W, cold.W, atol=1e-8), (warm.W, cold.W)
@@ -108,8 +109,8 @@ def test_a_warm_start_at_the_answer_needs_no_steps():
 
 def test_the_order_of_the_templates_does_not_matter():
     _, reduction, C, targets, lambdas = frame()
-    forward = Newton().batch(reduction, C, targets, lambdas)
-    backward = Newton().batch(reduction, C[::-1], targets[::-1].copy(), lambdas)
+    forward = Newton().batch(reduction.G, reduction.K, C, targets, lambdas)
+    backward = Newton().batch(reduction.G, reduction.K, C[::-1], targets[::-1].copy(), lambdas)
     assert np.allclose(forward.W, backward.W[::-1], atol=1e-7), (forward.W, backward.W)
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from convexperc.problem.gram import Reduction
 from convexperc.problem.problem import Problem
+from convexperc.problem.reduction import Reduction
 from convexperc.solvers.newton.lapack import cholesky_extend, cholesky_inverse, cholesky_solve
 from convexperc.solvers.newton.loop import Rules, solve_batch
-from convexperc.solvers.newton.method import NO_RACE, Newton
+from convexperc.solvers.newton.method import NO_PRUNING, Newton
 from convexperc.solvers.newton.subproblem import minimise, new_model
 from verification.bench.instances import LAMBDAS, SHAPES, Instance
 
@@ -71,7 +71,7 @@ def test_every_template_reaches_the_gap(name, lambdas):
         W,
         T,
         Rules(9e-10, 80, False),
-        NO_RACE,
+        NO_PRUNING,
     )
     assert (gaps[:, 1] <= 9e-10 * gaps[:, 0]).all(), gaps
     assert iterations.mean() <= 4, iterations
@@ -85,8 +85,8 @@ def test_templates_of_several_lambdas_do_not_disturb_each_other():
     problem = Problem(X, objects[0], modalities=[10, 20], lambda1=1, lambda2=1, lambda3=1)
     reduction = Reduction.of(problem.X, problem.modalities)
     C, targets = objects @ X.T, np.einsum("pd,pd->p", objects, objects)
-    together = Newton().batch(reduction, C, targets, lambdas)
+    together = Newton().batch(reduction.G, reduction.K, C, targets, lambdas)
     for j in range(len(lambdas)):
-        alone = Newton().batch(reduction, C[j : j + 1], targets[j : j + 1], lambdas[j : j + 1])
+        alone = Newton().batch(reduction.G, reduction.K, C[j : j + 1], targets[j : j + 1], lambdas[j : j + 1])
         assert np.allclose(alone.W[0], together.W[j], atol=1e-7), (j, alone.W, together.W[j])
         assert np.allclose(alone.T[0], together.T[j], atol=1e-4), (j, alone.T, together.T[j])

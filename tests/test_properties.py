@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from convexperc.certificate.certificate import Certificate, certify
@@ -181,9 +181,9 @@ def test_gauss_seidel_steps_never_raise_what_a_reading_descends(reading: Reading
 @settings(max_examples=25)
 @given(problem=degenerate_problems())
 def test_the_corrected_reading_descends_f_itself(problem: Problem) -> None:
-    if np.abs(problem.X).max() > 1e100 or np.abs(problem.o).max() > 1e100:
-        problem = Problem([[1.0]], [1.0], lambda1=1, lambda2=1, lambda3=1)
-    trace = run(problem, reading=CORRECTED, max_iterations=100)
+    with np.errstate(over="ignore", invalid="ignore"):
+        trace = run(problem, reading=CORRECTED, max_iterations=100)
+    assume(np.isfinite(trace.F).all())  # the paper's loop works on the data as given: float64 may overflow
     assert trace.own == pytest.approx(trace.F, rel=1e-12), (problem, trace.F, trace.own)
     assert trace.rises().size == 0, (problem, problem.X, problem.o, trace.F)
 

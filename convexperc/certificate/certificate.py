@@ -1,4 +1,4 @@
-"""The judge: a proof of how far any point (w, u) is from the optimum of the ORIGINAL problem.
+"""The certificate: a proof of how far any point (w, u) is from the optimum of the ORIGINAL problem.
 
 Knows no solver, believes no status, imports NumPy alone. Every number that it reports is a bound with its
 rounding included (`convexperc.certificate.rounding` says what is assumed of the machine).
@@ -14,20 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.certificate.duality import DualPoint, GapTerms, candidates, dual_value, gap_terms
-from convexperc.certificate.frame import Frame
-from convexperc.certificate.primal import PrimalPoint
+from convexperc.certificate.evaluation import NormalizedData, PrimalPoint
 from convexperc.certificate.rationals import exact_optimum
 from convexperc.certificate.rounding import UNDERFLOW, down, up
 from convexperc.certificate.screening import modality_weight_bound, proved_zeros, view_weight_bound
-from convexperc.errors import PointError
-from convexperc.problem.arrays import FeatureVector, Vector, nonnegative_number, point_entries
+from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
+from convexperc.problem.arrays import FeatureVector, Vector, point_entries
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Bounds, Scaling
-
-RELATIVE = 1e-9
-"""Largest gap, as a share of F*, of a certified answer."""
-ABSOLUTE = 1e-14
-"""Largest gap, as a share of ||o||^2, certified whatever F* is: about the rounding of float64 data."""
 
 ENOUGH = 2.0**-6
 """A gap within this share of a tolerance ends the search for a better dual point."""
@@ -51,8 +45,8 @@ class Certificate:
         Upper bound of (F(w, u) - F*) / F*: 0 where the gap is 0, else infinite where F* may be 0.
     share_of_target : float
         Upper bound of (F(w, u) - F*) / ||o||^2.
-    relative_tolerance, absolute_tolerance : float
-        Certified means relative_gap <= relative_tolerance or share_of_target <= absolute_tolerance.
+    tolerances : Tolerances
+        Certified means that relative_gap and share_of_target meet them.
     terms : GapTerms or None
         The gap as a sum of terms >= 0, in units where ||o|| is about 1; None where `gap` is no such sum.
     dual : DualPoint or None
@@ -72,8 +66,7 @@ class Certificate:
     gap: float
     relative_gap: float
     share_of_target: float
-    relative_tolerance: float
-    absolute_tolerance: float
+    tolerances: Tolerances
     terms: GapTerms | None
     dual: DualPoint | None
     method: str
@@ -83,14 +76,23 @@ class Certificate:
     @property
     def certified(self) -> bool:
         """Whether the gap is within the tolerances; false for NaN."""
-        return self.relative_gap <= self.relative_tolerance or self.share_of_target <= self.absolute_tolerance
+        return self.tolerances.met_by_shares(self.relative_gap, self.share_of_target)
 
     @property
     def enclosed(self) -> bool:
         """Whether [lower, upper] is as narrow as the tolerances ask, whatever the point (w, u) is."""
         width = up(self.upper - self.lower) if self.upper > self.lower else 0.0
-        room = max(self.relative_tolerance * self.lower, self.absolute_tolerance * self.target)
-        return self.certified or width <= room
+        return self.certified or bool(self.tolerances.met(width, self.lower, self.target))
+
+    @property
+    def relative_tolerance(self) -> float:
+        """Largest share of F* that the gap of a certified answer may be."""
+        return self.tolerances.relative
+
+    @property
+    def absolute_tolerance(self) -> float:
+        """Largest share of ||o||^2 that the gap of a certified answer may be."""
+        return self.tolerances.absolute
 
     def is_optimal(self, eps: float) -> bool:
         """Whether F(w, u) - F* <= eps is proved."""
@@ -107,14 +109,14 @@ def certify(
     absolute_tolerance: float = ABSOLUTE,
     thorough: bool = False,
 ) -> Certificate:
-    """Judge a point from anywhere.
+    """Bound how far a point from anywhere is from the optimum.
 
     Parameters
     ----------
     problem : Problem
     w : array_like (n,)
     u : array_like (d,)
-        NaN and infinity are judged (nothing is proved of such a point), not refused.
+        NaN and infinity are not refused; nothing is proved of such a point.
     dual : pair of array_like (d,) and (n,), optional
         A dual point (a, b) to try besides 2(X'w - o) and 2 lambda1 (Xu - w). It is never believed:
         it is scaled into the feasible set, or charged for its excess.
@@ -131,37 +133,32 @@ def certify(
     Raises
     ------
     PointError
-        A wrong shape, entries that are not real numbers, or a tolerance that is not a finite number >= 0.
+        A wrong shape, or entries that are not real numbers.
+    ToleranceError
+        A tolerance that is not a finite number >= 0.
     """
-    judge = Judge.of(
-        problem,
-        relative_tolerance=relative_tolerance,
-        absolute_tolerance=absolute_tolerance,
-        thorough=thorough,
-    )
-    return judge.certificate(w, u, dual=dual)
+    tolerances = Tolerances(relative_tolerance, absolute_tolerance)
+    return Certifier.of(problem, tolerances=tolerances, thorough=thorough).certificate(w, u, dual=dual)
 
 
 @dataclass(frozen=True, eq=False)
-class Judge:
-    """One problem, made ready to judge any number of points.
+class Certifier:
+    """One problem, made ready to certify any number of points.
 
     Attributes
     ----------
     problem : Problem
     scaling : Scaling
-    frame : Frame
-    relative_tolerance, absolute_tolerance : float
-        See `Certificate`.
+    data : NormalizedData
+    tolerances : Tolerances
     thorough : bool
         See `certify`.
     """
 
     problem: Problem
     scaling: Scaling
-    frame: Frame
-    relative_tolerance: float
-    absolute_tolerance: float
+    data: NormalizedData
+    tolerances: Tolerances
     thorough: bool
 
     @classmethod
@@ -170,18 +167,16 @@ class Judge:
         problem: Problem,
         scaling: Scaling | None = None,
         *,
-        relative_tolerance: float = RELATIVE,
-        absolute_tolerance: float = ABSOLUTE,
+        tolerances: Tolerances | None = None,
         thorough: bool = False,
-    ) -> "Judge":
-        """Normalise the problem; arguments and errors as of `certify`."""
-        relative = nonnegative_number(relative_tolerance, "relative_tolerance", error=PointError)
-        absolute = nonnegative_number(absolute_tolerance, "absolute_tolerance", error=PointError)
+    ) -> "Certifier":
+        """Normalise the problem."""
         scaling = Scaling.of(problem) if scaling is None else scaling
-        return cls(problem, scaling, Frame.of(problem, scaling), relative, absolute, thorough)
+        tolerances = Tolerances() if tolerances is None else tolerances
+        return cls(problem, scaling, NormalizedData.of(problem, scaling), tolerances, thorough)
 
     def certificate(self, w: Any, u: Any, *, dual: tuple[Any, Any] | None = None) -> Certificate:
-        """Judge one point; arguments and errors as of `certify`."""
+        """Certify one point; arguments and errors as of `certify`."""
         n, d = self.problem.n, self.problem.d
         point = point_entries(w, n, "w", finite=False), point_entries(u, d, "u", finite=False)
         hint = None
@@ -190,9 +185,9 @@ class Judge:
                 point_entries(dual[0], d, "a", finite=False), point_entries(dual[1], n, "b", finite=False)
             )
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-            proof = self._prove(PrimalPoint.of(self.frame, self.scaling, *point), hint)
+            proof = self._prove(PrimalPoint.of(self.data, self.scaling, *point), hint)
         lower, upper = self.scaling.value_back((proof.lower, proof.upper))
-        target = self.frame.target_square[0]
+        target = self.data.target_square[0]
         return Certificate(
             lower=lower,
             upper=upper,
@@ -201,8 +196,7 @@ class Judge:
             gap=self.scaling.value_back((0.0, proof.gap))[1],
             relative_gap=_quotient(proof.gap, proof.lower),
             share_of_target=_quotient(proof.gap, target),
-            relative_tolerance=self.relative_tolerance,
-            absolute_tolerance=self.absolute_tolerance,
+            tolerances=self.tolerances,
             terms=proof.terms,
             dual=proof.dual,
             method=proof.method,
@@ -225,21 +219,21 @@ class Judge:
 
     def _prove(self, point: PrimalPoint, hint: tuple[FeatureVector, Vector] | None) -> "_Proof":
         """Take the best of the bounds: F >= 0, the exact one of the equality case, the dual points'."""
-        frame = self.frame
-        upper = min(point.objective[1], frame.target_square[1])
+        data = self.data
+        upper = min(point.objective[1], data.target_square[1])
         lower, gap, terms, dual, method = 0.0, point.objective[1], None, None, "F >= 0"
-        zeros = np.zeros(point.w.mid.shape, dtype=bool), np.zeros(len(frame.modalities), dtype=bool)
+        zeros = np.zeros(point.w.mid.shape, dtype=bool), np.zeros(len(data.modalities), dtype=bool)
         if self.exact is not None:
             upper = min(upper, self.exact[1])
             lower, method = self.exact[0], "exact least squares over the rationals"
             gap = max(0.0, up(point.objective[1] - lower))
-        for candidate in candidates(frame, point, hint):
-            bound, total, parts = _judged(frame, point, candidate, upper)
+        for candidate in candidates(data, point, hint):
+            bound, total, parts = _bounded(data, point, candidate, upper)
             lower = max(lower, bound)
             if total < gap:
                 gap, terms, dual, method = total, parts, candidate, _method(candidate)
             if candidate.feasible:
-                found = proved_zeros(frame, candidate, up(upper - min(bound, upper)))
+                found = proved_zeros(data, candidate, up(upper - min(bound, upper)))
                 zeros = zeros[0] | found[0], zeros[1] | found[1]
             if not self.thorough and self._is_enough(_least(gap, point, lower), min(lower, upper)):
                 break
@@ -248,9 +242,9 @@ class Judge:
 
     def _is_enough(self, gap: float, lower: float) -> bool:
         """Whether this gap certifies the point with room to spare."""
-        if _quotient(gap, lower) <= ENOUGH * self.relative_tolerance:
+        if _quotient(gap, lower) <= ENOUGH * self.tolerances.relative:
             return True
-        return _quotient(gap, self.frame.target_square[0]) <= ENOUGH * self.absolute_tolerance
+        return _quotient(gap, self.data.target_square[0]) <= ENOUGH * self.tolerances.absolute
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,29 +267,29 @@ def _least(gap: float, point: PrimalPoint, lower: float) -> float:
     return min(gap, max(0.0, up(point.objective[1] - lower)))
 
 
-def _judged(
-    frame: Frame, point: PrimalPoint, candidate: DualPoint, upper: float
+def _bounded(
+    data: NormalizedData, point: PrimalPoint, candidate: DualPoint, upper: float
 ) -> tuple[float, float, GapTerms | None]:
     """Lower bound of F*, upper bound of F(w, u) - F*, and the gap's terms, from one dual point."""
-    cost = 0.0 if candidate.feasible else _cost(frame, candidate, upper)
+    cost = 0.0 if candidate.feasible else _cost(data, candidate, upper)
     lower = dual_value(candidate)[0]
     lower = down(lower - cost) if cost else lower
     if not point.finite:
         return lower, math.inf, None
-    parts = gap_terms(frame, point, candidate)
+    parts = gap_terms(data, point, candidate)
     total = up(parts.total + cost) if cost else parts.total
     if not math.isfinite(total):
         return lower, math.inf, None
     return max(lower, down(point.objective[0] - total)), total, parts
 
 
-def _cost(frame: Frame, candidate: DualPoint, upper: float) -> float:
+def _cost(data: NormalizedData, candidate: DualPoint, upper: float) -> float:
     """What the excess of a dual point takes off its bound."""
     cost = 0.0
     if candidate.excess_views != 0.0:
-        cost = up(candidate.excess_views * view_weight_bound(frame, upper))
+        cost = up(candidate.excess_views * view_weight_bound(data, upper))
     if candidate.excess_modalities != 0.0:
-        cost = up(cost + up(candidate.excess_modalities * modality_weight_bound(frame, upper)))
+        cost = up(cost + up(candidate.excess_modalities * modality_weight_bound(data, upper)))
     return math.inf if math.isnan(cost) else up(cost) + UNDERFLOW
 
 

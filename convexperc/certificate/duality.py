@@ -16,8 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from convexperc.certificate.frame import Frame
-from convexperc.certificate.primal import PrimalPoint
+from convexperc.certificate.evaluation import NormalizedData, PrimalPoint
 from convexperc.certificate.rationals import into_left_null_space
 from convexperc.certificate.rounding import (
     Ball,
@@ -119,22 +118,22 @@ def dual_value(point: DualPoint) -> Bounds:
     return down(low), up(high)
 
 
-def _value_parts(frame: Frame, a: FeatureVector, b: Ball) -> tuple[Bounds, Bounds]:
+def _value_parts(data: NormalizedData, a: FeatureVector, b: Ball) -> tuple[Bounds, Bounds]:
     """-a'o and Q = ||a||^2/4 + ||b||^2/(4 lambda1); b must be 0 where lambda1 is 0."""
-    low, high = inner(Ball.exact(a), frame.target)
+    low, high = inner(Ball.exact(a), data.target)
     a_part, b_part = squared_norm(Ball.exact(a)), squared_norm(b)
     if b_part[1] == 0.0:
         quadratic = a_part
-    elif frame.lambda1[0] == 0.0:
+    elif data.lambda1[0] == 0.0:
         quadratic = (a_part[0], math.inf)
     else:
-        coupling = down(b_part[0] / up(frame.lambda1[1])), up(up(b_part[1]) / frame.lambda1[0])
+        coupling = down(b_part[0] / up(data.lambda1[1])), up(up(b_part[1]) / data.lambda1[0])
         quadratic = sum_bounds(a_part, (max(0.0, coupling[0]), coupling[1]))
     return (-high, -low), (0.25 * quadratic[0], 0.25 * quadratic[1])
 
 
 def candidates(
-    frame: Frame, point: PrimalPoint, hint: tuple[FeatureVector, Vector] | None
+    data: NormalizedData, point: PrimalPoint, hint: tuple[FeatureVector, Vector] | None
 ) -> Iterator[DualPoint]:
     """Every dual point that (w, u), and a solver's own dual (a, b) if given, suggest; the likeliest first.
 
@@ -146,70 +145,70 @@ def candidates(
     ``uncoupled`` b = 0;
     ``null``      b moved exactly into {X'b = 0}, the only choice for lambda3 = 0 besides b = 0.
     """
-    pairs = [(2.0 * point.p.mid, 2.0 * frame.lambda1[0] * point.q.mid)]
+    pairs = [(2.0 * point.p.mid, 2.0 * data.lambda1[0] * point.q.mid)]
     if hint is not None:
         pairs.append(hint)
     for a, b in pairs:
         if np.isfinite(a).all() and np.isfinite(b).all():
-            yield from _of_pair(frame, point, a, b)
+            yield from _of_pair(data, point, a, b)
 
 
-def _of_pair(frame: Frame, point: PrimalPoint, a: FeatureVector, b: Vector) -> Iterator[DualPoint]:
+def _of_pair(data: NormalizedData, point: PrimalPoint, a: FeatureVector, b: Vector) -> Iterator[DualPoint]:
     """The kinds that one pair (a, b) suggests; each is worked out only when it is asked for."""
-    w, coupled = point.w.mid, frame.lambda1[0] > 0.0
-    Xa = frame.times_rows(Ball.exact(a))
-    if coupled and frame.lambda3[0] > 0.0:
-        limit = frame.lambda2[0]
+    w, coupled = point.w.mid, data.lambda1[0] > 0.0
+    Xa = data.times_rows(Ball.exact(a))
+    if coupled and data.lambda3[0] > 0.0:
+        limit = data.lambda2[0]
         cut = np.clip(Xa.mid - b, -limit, limit)
         signed = np.where(w == 0, cut, -limit * np.sign(w))
-        yield from _scaled(frame, _with_slack(frame, "slack", a, Xa, cut))
+        yield from _scaled(data, _with_slack(data, "slack", a, Xa, cut))
         if not np.array_equal(signed, cut):
-            yield from _scaled(frame, _with_slack(frame, "sign", a, Xa, signed))
-        yield from _scaled(frame, _with_coupling(frame, "coupling", a, Xa, _shrunk(frame, b)))
-    yield from _scaled(frame, _with_coupling(frame, "uncoupled", a, Xa, Ball.exact(np.zeros_like(b))))
-    if coupled and frame.lambda3[0] == 0.0:
-        null = into_left_null_space(frame.X, b) if frame.entry_error == 0.0 else None
+            yield from _scaled(data, _with_slack(data, "sign", a, Xa, signed))
+        yield from _scaled(data, _with_coupling(data, "coupling", a, Xa, _shrunk(data, b)))
+    yield from _scaled(data, _with_coupling(data, "uncoupled", a, Xa, Ball.exact(np.zeros_like(b))))
+    if coupled and data.lambda3[0] == 0.0:
+        null = into_left_null_space(data.X, b) if data.entry_error == 0.0 else None
         if null is not None:
-            yield from _scaled(frame, _with_coupling(frame, "null", a, Xa, null))
+            yield from _scaled(data, _with_coupling(data, "null", a, Xa, null))
 
 
-def _with_slack(frame: Frame, kind: str, a: FeatureVector, Xa: Ball, v: Vector) -> Ray:
+def _with_slack(data: NormalizedData, kind: str, a: FeatureVector, Xa: Ball, v: Vector) -> Ray:
     """B := X a - v for floats |v| <= lambda2."""
     b = Xa.plus(Ball.exact(v), -1.0)
-    pull = frame.times_columns(b)
-    norms = frame.modality_norms(pull)[1]
-    return Ray(kind, a, b, Ball.exact(v), pull, norms, *_value_parts(frame, a, b))
+    pull = data.times_columns(b)
+    norms = data.modality_norms(pull)[1]
+    return Ray(kind, a, b, Ball.exact(v), pull, norms, *_value_parts(data, a, b))
 
 
-def _with_coupling(frame: Frame, kind: str, a: FeatureVector, Xa: Ball, b: Ball) -> Ray:
+def _with_coupling(data: NormalizedData, kind: str, a: FeatureVector, Xa: Ball, b: Ball) -> Ray:
     """V := X a - b for a chosen b; X'b = 0 is known exactly of the kinds ``uncoupled`` and ``null``."""
     if kind == "coupling":
-        pull = frame.times_columns(b)
-        norms = frame.modality_norms(pull)[1]
+        pull = data.times_columns(b)
+        norms = data.modality_norms(pull)[1]
     else:
-        pull, norms = Ball.exact(np.zeros_like(a)), np.zeros(len(frame.modalities))
-    return Ray(kind, a, b, Xa.plus(b, -1.0), pull, norms, *_value_parts(frame, a, b))
+        pull, norms = Ball.exact(np.zeros_like(a)), np.zeros(len(data.modalities))
+    return Ray(kind, a, b, Xa.plus(b, -1.0), pull, norms, *_value_parts(data, a, b))
 
 
-def _shrunk(frame: Frame, b: Vector) -> Ball:
+def _shrunk(data: NormalizedData, b: Vector) -> Ball:
     """B times the largest factor <= 1 that keeps every ||X_i' b|| <= lambda3."""
-    worst = float(frame.modality_norms(frame.times_columns(Ball.exact(b)))[1].max())
-    if worst <= frame.lambda3[0]:
+    worst = float(data.modality_norms(data.times_columns(Ball.exact(b)))[1].max())
+    if worst <= data.lambda3[0]:
         return Ball.exact(b)
-    return Ball.exact(b * (frame.lambda3[0] / worst * (1.0 - 64 * U)))
+    return Ball.exact(b * (data.lambda3[0] / worst * (1.0 - 64 * U)))
 
 
-def _scaled(frame: Frame, ray: Ray) -> Iterator[DualPoint]:
+def _scaled(data: NormalizedData, ray: Ray) -> Iterator[DualPoint]:
     """The point scaled into the feasible set, and the unscaled one with its excess if it has any."""
     linear, quadratic = ray.linear, ray.quadratic
     if not (math.isfinite(linear[0]) and math.isfinite(quadratic[1])):
         return
     best = 0.5 * (linear[0] + linear[1]) / (2.0 * quadratic[1]) if quadratic[1] > 0.0 else 1.0
     view, modality = float(ray.v.magnitude().max()), float(ray.norms.max())
-    room = min(_ratio(frame.lambda2[0], view), _ratio(frame.lambda3[0], modality))
+    room = min(_ratio(data.lambda2[0], view), _ratio(data.lambda3[0], modality))
     for s in dict.fromkeys((min(best, room), min(best, 1.0))):
         if s > 0.0:
-            views, modalities = _excess(s, view, frame.lambda2[0]), _excess(s, modality, frame.lambda3[0])
+            views, modalities = _excess(s, view, data.lambda2[0]), _excess(s, modality, data.lambda3[0])
             yield DualPoint(ray, s, views, modalities)
 
 
@@ -249,37 +248,37 @@ class GapTerms:
         )[1]
 
 
-def gap_terms(frame: Frame, point: PrimalPoint, dual: DualPoint) -> GapTerms:
+def gap_terms(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> GapTerms:
     """Bound F(w,u) - D(s a, s b) from above without subtracting F and D."""
     s, w = dual.scale, point.w
     loss = squared_norm(point.p.plus(Ball.exact(dual.a).times(0.5 * s), -1.0))[1]
     v = dual.v.times(s)
     toward = np.where(w.rad > 0.0, np.abs(v.mid), np.sign(w.mid) * v.mid)
-    room = frame.lambda2[1] + toward
-    rounding = v.rad + 4 * U * (np.abs(v.mid) + frame.lambda2[1])
+    room = data.lambda2[1] + toward
+    rounding = v.rad + 4 * U * (np.abs(v.mid) + data.lambda2[1])
     views = inner(Ball.exact(w.magnitude()), Ball(np.maximum(room, 0.0), rounding))[1]
     return GapTerms(
-        loss, _coupling_term(frame, point, dual), max(0.0, views), _modality_term(frame, point, dual)
+        loss, _coupling_term(data, point, dual), max(0.0, views), _modality_term(data, point, dual)
     )
 
 
-def _coupling_term(frame: Frame, point: PrimalPoint, dual: DualPoint) -> float:
+def _coupling_term(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> float:
     """lambda1 ||q - s b/(2 lambda1)||^2, with b = 0 where lambda1 = 0."""
     q = point.q
-    low, high = frame.lambda1
+    low, high = data.lambda1
     if low > 0.0:
         half = dual.b.times(dual.scale).times(0.5 / low)
         spread = (8 * U + (high - low) / low) * half.magnitude()
         q = q.plus(Ball(half.mid, half.rad + spread), -1.0)
-    return scaled_bounds(frame.lambda1, squared_norm(q))[1]
+    return scaled_bounds(data.lambda1, squared_norm(q))[1]
 
 
-def _modality_term(frame: Frame, point: PrimalPoint, dual: DualPoint) -> float:
+def _modality_term(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> float:
     """sum_i (lambda3 ||u^i|| + u^i' X_i' s b), each summand cut at 0 from below."""
     total, pull = 0.0, dual.ray.pull.times(dual.scale)
-    products = inner_by_group(point.u, pull, frame.groups)[1].tolist()
+    products = inner_by_group(point.u, pull, data.groups)[1].tolist()
     for length, product in zip(point.lengths[1].tolist(), products, strict=True):
         if length:
-            norm = scaled_bounds(frame.lambda3, (0.0, length))[1]
+            norm = scaled_bounds(data.lambda3, (0.0, length))[1]
             total = up(total + max(0.0, up(norm + product)))
     return total

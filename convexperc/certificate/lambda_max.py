@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from convexperc.certificate.frame import Frame
+from convexperc.certificate.evaluation import NormalizedData
 from convexperc.certificate.rounding import down, up
 from convexperc.problem.arrays import Vector
 from convexperc.problem.problem import Problem
@@ -39,8 +39,8 @@ def lambda2_max(problem: Problem) -> Bounds:
     At (0, 0) the dual point is a = -2o, b = 0, which is feasible exactly for lambda2 >= 2 ||X o||_inf.
     """
     scaling = Scaling.of(problem)
-    frame = Frame.of(problem, scaling)
-    found = frame.times_rows(frame.target)
+    data = NormalizedData.of(problem, scaling)
+    found = data.times_rows(data.target)
     upper = float(np.max(found.magnitude()))
     lower = float(np.max(np.abs(found.mid) - found.rad))
     return scaling.gradient_back((max(0.0, down(2.0 * lower)), up(2.0 * upper) if upper else 0.0))

@@ -77,11 +77,6 @@ class Distinct:
         return np.ascontiguousarray((W / self.counts)[:, self.place])
 
 
-def is_lasso(lambdas: tuple[float, float, float]) -> bool:
-    """Whether the coupling costs nothing, so that F* is that of a lasso where the views are independent."""
-    return lambdas[0] == 0.0 or lambdas[2] == 0.0
-
-
 def _floor(shared: Shared) -> float:
     """Bound lambda_min(X X') by that of G and the roundings in G: ||E||_2 <= gamma sum_j ||x_j||^2."""
     n = shared.rows.size
@@ -91,10 +86,10 @@ def _floor(shared: Shared) -> float:
 
 @no_type_check
 @njit(cache=True)
-def judge_lasso(shared, floor, C, targets, lambdas, W, T, Q, bounds):
+def bound_lasso(shared, floor, C, targets, lambdas, W, T, Q, bounds):
     """Fill in `bounds` for every template: C (p, n), targets (p,), lambdas (p, 3), W, Q (p, n), T (p, m).
 
-    Any point may be judged; with lambda3 = 0, a good one has T = 1 and G Q about W, with lambda1 = 0, T = 0.
+    Any point may be given; with lambda3 = 0, a good one has T = 1 and G Q about W, with lambda1 = 0, T = 0.
     """
     p, n = C.shape
     room = new_room(n, shared.K.shape[0])
@@ -104,7 +99,7 @@ def judge_lasso(shared, floor, C, targets, lambdas, W, T, Q, bounds):
         bounds.zero_modalities[j, :] = False
         if floor > 0.0 and _in_range(lambdas[j], W[j], T[j], Q[j]):
             case = Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
-            _judge_one(shared, case, floor, room, bounds, j)
+            _bound_one(shared, case, floor, room, bounds, j)
 
 
 @no_type_check
@@ -123,7 +118,7 @@ def _in_range(lambdas, w, t, q):
 
 @no_type_check
 @njit(cache=True)
-def _judge_one(shared, case, floor, room, bounds, j):
+def _bound_one(shared, case, floor, room, bounds, j):
     value = value_bounds(shared, case, room)
     g, two = shared.gamma, case.lambdas[1]
     lasso = case.lambdas[0] == 0.0 or case.lambdas[2] == 0.0
@@ -155,7 +150,7 @@ def _judge_one(shared, case, floor, room, bounds, j):
     bounds.lower[j] = max(0.0, (value.lower - gap) - 8 * U * (value.lower + gap) - SMALL)
 
 
-def judge_merged(
+def bound_merged(
     distinct: Distinct,
     shared: Shared,
     C: Float[np.ndarray, "p n"],
@@ -174,7 +169,7 @@ def judge_merged(
     shared : Shared
         Of the frame with all its views.
     C, targets, lambdas, W, T, Q
-        As in `judge_lasso`.
+        As in `bound_lasso`.
 
     Returns
     -------
@@ -183,7 +178,7 @@ def judge_merged(
     """
     (p, n), m = C.shape, T.shape[1]
     bounds = Bounds.unknown(p, n, m)
-    judge_lasso(shared, distinct.floor, C, targets, lambdas, W, T, Q, bounds)
+    bound_lasso(shared, distinct.floor, C, targets, lambdas, W, T, Q, bounds)
     if not distinct.repeated:
         return bounds
     k = distinct.counts.size
@@ -191,7 +186,7 @@ def judge_merged(
     sums = np.zeros((p, k))
     np.add.at(sums.T, distinct.place, W.T)
     alone = lambdas * np.array([0.0, 1.0, 0.0])
-    judge_lasso(
+    bound_lasso(
         distinct.shared, distinct.floor, distinct.merged(C), targets, alone, sums, np.zeros((p, m)),
         nothing, merged,
     )  # fmt: skip

@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from convexperc.certificate.rounding import U
 
 LARGEST = 2.0**100
-"""Numbers beyond this, or below its inverse and not 0, are not judged here: products might underflow."""
+"""Numbers beyond this, or below its inverse and not 0, are left out here: products might underflow."""
 SMALL = 2.0**-300
-"""More than all underflows of one judgement together."""
+"""More than all underflows of one bound together."""
 
 Floats = NDArray[np.float64]
 
@@ -138,7 +138,7 @@ def new_room(n, m):
 
 @no_type_check
 @njit(cache=True)
-def judge(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
+def bound_reduced(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
     """Fill in `bounds` for every template: C (p, n), targets (p,), lambdas (p, 3), W, Q (p, n), T (p, m)."""
     p, n = C.shape
     m = shared.K.shape[0]
@@ -149,7 +149,7 @@ def judge(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
         bounds.zero_modalities[j, :] = False
         if _in_range(lambdas[j], W[j], T[j], Q[j]):
             case = Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
-            _judge_one(shared, case, tolerance, room, bounds, j)
+            _bound_one(shared, case, tolerance, room, bounds, j)
 
 
 @no_type_check
@@ -168,7 +168,7 @@ def _in_range(lambdas, w, t, q):
 
 @no_type_check
 @njit(cache=True)
-def _judge_one(shared, case, tolerance, room, bounds, j):
+def _bound_one(shared, case, tolerance, room, bounds, j):
     value = value_bounds(shared, case, room)
     best = np.inf
     for kind in range(3):

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.certificate.duality import DualPoint
-from convexperc.certificate.frame import Frame
+from convexperc.certificate.evaluation import NormalizedData
 from convexperc.certificate.rounding import UNDERFLOW, U, up
 
 
-def view_weight_bound(frame: Frame, upper: float) -> float:
+def view_weight_bound(data: NormalizedData, upper: float) -> float:
     """Upper bound of ||w*||_1.
 
     Formula: at an optimum lambda2 ||w*||_1 <= min(F*, ||o||^2/2), and ||X'w*|| <= ||o||, so that
@@ -18,7 +18,7 @@ def view_weight_bound(frame: Frame, upper: float) -> float:
 
     Parameters
     ----------
-    frame : Frame
+    data : NormalizedData
     upper : float
         An upper bound of F*.
 
@@ -27,25 +27,27 @@ def view_weight_bound(frame: Frame, upper: float) -> float:
     float
         Infinite where neither bound applies.
     """
-    length, sigma = up(math.sqrt(frame.target_square[1])), frame.smallest_singular_value
+    length, sigma = up(math.sqrt(data.target_square[1])), data.smallest_singular_value
     by_rank = (
-        up(up(math.sqrt(frame.X.shape[0])) * length / sigma * (1.0 + 2.0**-50)) if sigma > 0.0 else math.inf
+        up(up(math.sqrt(data.X.shape[0])) * length / sigma * (1.0 + 2.0**-50)) if sigma > 0.0 else math.inf
     )
-    return min(by_rank, _by_lambda(frame, upper, frame.lambda2[0]))
+    return min(by_rank, _by_lambda(data, upper, data.lambda2[0]))
 
 
-def modality_weight_bound(frame: Frame, upper: float) -> float:
+def modality_weight_bound(data: NormalizedData, upper: float) -> float:
     """Upper bound of ||u*||_M = sum_i ||u*^i||, from lambda3 ||u*||_M <= min(F*, ||o||^2/2)."""
-    return _by_lambda(frame, upper, frame.lambda3[0])
+    return _by_lambda(data, upper, data.lambda3[0])
 
 
-def _by_lambda(frame: Frame, upper: float, weight: float) -> float:
+def _by_lambda(data: NormalizedData, upper: float, weight: float) -> float:
     if weight == 0.0:
         return math.inf
-    return up(min(upper, 0.5 * frame.target_square[1]) / weight)
+    return up(min(upper, 0.5 * data.target_square[1]) / weight)
 
 
-def proved_zeros(frame: Frame, point: DualPoint, gap: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def proved_zeros(
+    data: NormalizedData, point: DualPoint, gap: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Find the views and modalities that no optimum uses.
 
     Formula: the dual is strongly concave; ||a - a*||^2 + ||b - b*||^2 / lambda1 <= 4 gap at a feasible point,
@@ -55,7 +57,7 @@ def proved_zeros(frame: Frame, point: DualPoint, gap: float) -> tuple[NDArray[np
 
     Parameters
     ----------
-    frame : Frame
+    data : NormalizedData
     point : DualPoint
         A feasible one.
     gap : float
@@ -70,11 +72,11 @@ def proved_zeros(frame: Frame, point: DualPoint, gap: float) -> tuple[NDArray[np
     Source: Ndiaye et al., Gap Safe screening rules for sparsity enforcing penalties, JMLR 18 (2017).
     """
     root = up(2.0 * up(math.sqrt(max(gap, 0.0))))
-    coupling = frame.lambda1[1]
-    reach = np.sqrt(frame.row_squares + coupling) * (1.0 + 4 * U)
+    coupling = data.lambda1[1]
+    reach = np.sqrt(data.row_squares + coupling) * (1.0 + 4 * U)
     views = point.v.magnitude() * point.scale + root * reach
-    modalities = point.ray.norms * point.scale + up(root * up(math.sqrt(coupling))) * frame.block_lengths
+    modalities = point.ray.norms * point.scale + up(root * up(math.sqrt(coupling))) * data.block_lengths
     return (
-        views * (1.0 + 2.0**-48) + UNDERFLOW < frame.lambda2[0],
-        modalities * (1.0 + 2.0**-48) + UNDERFLOW < frame.lambda3[0],
+        views * (1.0 + 2.0**-48) + UNDERFLOW < data.lambda2[0],
+        modalities * (1.0 + 2.0**-48) + UNDERFLOW < data.lambda3[0],
     )

@@ -211,7 +211,7 @@ def certify(
 
 def _pictures(
     references: Path | None, views: Path | None, scene: str | None
-) -> "tuple[str, recognition.references.Named, recognition.references.Named]":
+) -> "tuple[str, recognition.NamedPictures, recognition.NamedPictures]":
     """What to print first, the pictures of the known objects, and the views."""
     if references is not None and views is not None:
         known, seen = recognition.read_pictures(references), recognition.read_pictures(views)

@@ -12,8 +12,9 @@ from fractions import Fraction
 import flint
 import numpy as np
 
-from convexperc.certificate.certificate import ABSOLUTE, Certificate
+from convexperc.certificate.certificate import Certificate
 from convexperc.certificate.rationals import exact_optimum
+from convexperc.certificate.tolerances import ABSOLUTE
 from convexperc.enclosure.active_set import Start
 from convexperc.enclosure.ball_duality import objective_at
 from convexperc.enclosure.balls import (
@@ -27,7 +28,7 @@ from convexperc.enclosure.balls import (
 )
 from convexperc.enclosure.exact_point import ExactPoint, float_point
 from convexperc.enclosure.interval import Interval, quotient
-from convexperc.errors import PointError, SolverError
+from convexperc.errors import PrecisionError, SolverError
 from convexperc.problem.arrays import FeatureVector, Vector, point_entries
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
@@ -104,10 +105,12 @@ def enclose(
     Raises
     ------
     PointError
-        A start of a wrong shape or with NaN or infinity, or fewer than 53 bits.
+        A start of a wrong shape or with NaN or infinity.
+    PrecisionError
+        Fewer than 53 bits.
     """
     if bits < 53:
-        raise PointError("bits", value=bits, must="must be at least 53")
+        raise PrecisionError("bits", value=bits, must="must be at least 53")
     known = _Known.of(problem, start)
     tolerances = relative_tolerance, absolute_tolerance
     best = _in_one_precision(known, bits, tolerances)

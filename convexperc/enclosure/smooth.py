@@ -1,6 +1,6 @@
 """The smooth part of the reduced objective and its derivatives, in numbers of any length.
 
-With K_i = X_i X_i', G = sum_i K_i, c = X o and t_i = 2 ||u^i|| / lambda3 (see `convexperc.problem.gram`):
+With K_i = X_i X_i', G = sum_i K_i, c = X o and t_i = 2 ||u^i|| / lambda3 (see `convexperc.problem.reduction`):
 
     h(w, t) = w'Gw - 2 c'w + w' S(t)^-1 w + (lambda3^2 / 4) sum_i t_i,   S(t) = I / lambda1 + sum_i t_i K_i.
 

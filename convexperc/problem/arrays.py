@@ -1,5 +1,7 @@
 """Typed, frozen arrays: whatever comes through the door leaves it as finite, read-only float64."""
 
+import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,11 @@ Vector = Float[np.ndarray, " n"]
 FeatureVector = Float[np.ndarray, " d"]
 """One number a feature."""
 Matrix = Float[np.ndarray, "n d"]
+
+BLOCK = 2**19
+"""Numbers that are worked on at a time, 4 MB: what a processor keeps near."""
+NORMAL_EXPONENT = 1022
+"""2^e is a normal float for |e| below this."""
 
 
 def real_array(
@@ -83,6 +90,37 @@ def euclidean_length(x: NDArray[np.float64]) -> float:
     if largest == 0.0 or not np.isfinite(largest):
         return largest
     return float(np.linalg.norm(x / largest)) * largest
+
+
+def row_blocks(rows: Matrix) -> Iterator[slice]:
+    """Slices of at most about `BLOCK` numbers, so that what is computed from each needs little memory."""
+    height = max(1, BLOCK // max(1, rows.shape[1]))
+    return (slice(start, start + height) for start in range(0, rows.shape[0], height))
+
+
+def binary_exponent(rows: Matrix) -> int:
+    """Binary exponent e of the longest row: 2^-e times its length lies in [1/2, 1); 0 where all are 0."""
+    largest = max(float(np.abs(rows[part]).max()) for part in row_blocks(rows))
+    if largest == 0.0:
+        return 0
+    first = math.frexp(largest)[1]
+    scaled = (times_power_of_two(rows[part], -first) for part in row_blocks(rows))
+    return first + math.frexp(max(float(np.linalg.norm(block, axis=1).max()) for block in scaled))[1]
+
+
+def times_power_of_two(values: NDArray[np.float64], exponent: int) -> NDArray[np.float64]:
+    """Values * 2^exponent; one multiplication where the power is a normal float, as it rounds alike."""
+    if abs(exponent) < NORMAL_EXPONENT:
+        return values * math.ldexp(1.0, exponent)
+    return np.asarray(np.ldexp(values, exponent))
+
+
+def is_power_of_two_times(scaled: Matrix, rows: Matrix, exponent: int) -> bool:
+    """Whether scaled = rows * 2^exponent exactly, which undoing shows: no entry underflowed."""
+    undone = (
+        np.array_equal(times_power_of_two(scaled[part], -exponent), rows[part]) for part in row_blocks(rows)
+    )
+    return all(undone)
 
 
 def _as_array(value: Any, name: str, error: type[InputError]) -> NDArray[Any]:

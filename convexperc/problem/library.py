@@ -1,9 +1,6 @@
-"""A whole template library seen through one frame: c_j = X o_j and ||o_j||^2, read block by block.
+"""The known objects: a library of templates that is read and checked once, and used for many sets of views."""
 
-After this pass nothing of size d is needed until an answer's u is asked for.
-"""
-
-import time
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -11,183 +8,213 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from convexperc.certificate.lasso import Distinct
-from convexperc.certificate.reduced import LARGEST, Shared
-from convexperc.certificate.rounding import gamma
-from convexperc.errors import ProblemError
-from convexperc.problem.arrays import Matrix, real_array
-from convexperc.problem.gram import Reduction
+from convexperc.errors import ProblemError, TemplateNameError
+from convexperc.problem.arrays import BLOCK, FeatureVector, real_array
 from convexperc.problem.modalities import Modalities
-from convexperc.problem.problem import Problem
+from convexperc.problem.reduction import CHUNK
 
-BLOCK = 2**19
-"""Numbers of O that are read at a time, 4 MB: what a processor keeps near."""
 SAFE = 2.0**200
 """Squared lengths beyond this, or below its inverse, are left to `solve`: products may underflow."""
 
 
 @dataclass(frozen=True, eq=False)
-class Projection:
-    """What the solver and the bounds need of one frame and p templates.
-
-    The numbers are normalised by exact powers of two: X = 2^x X_, o_j = 2^k_j o_j_, ||o_j_|| in [1/2, 1).
+class TemplateLibrary:
+    """p templates: reference features of known objects, with their names and modalities.
 
     Attributes
     ----------
-    X : float64 (n, d), read-only
-        The views as given.
-    O : array (d, p)
-        The templates as given, not copied.
+    O : array of real numbers (d, p)
+        Column j is template j. An array, also a memory-mapped one, is not copied; keep it as it is while the
+        library or an answer to it is in use.
+    names : tuple of p str
+        One name a template, all different.
     modalities : Modalities
-    reduction : Reduction
-        Of X as given.
-    shared : Shared
-        G, K and their bounds, normalised.
-    x : int
-    exponents : int (p,)
-        k_j.
-    C : float64 (p, n)
-        Row j is X_ o_j_.
-    targets : float64 (p,)
-        ||o_j_||^2.
-    sound : bool (p,)
-        False where a length is 0 or out of the safe range, so that nothing here may be used.
-    seconds : float
-        What the reading took.
+        The partition of the d features.
+
+    Notes
+    -----
+    The squared lengths, and the check that every number is finite, cost one pass over O. It is made once, with
+    the first set of views or when they are asked for.
     """
 
-    X: Matrix
     O: Any  # noqa: E741 - the paper's symbol
+    names: tuple[str, ...]
     modalities: Modalities
-    reduction: Reduction
-    shared: Shared
-    x: int
-    exponents: Int[np.ndarray, " p"]
-    C: Float[np.ndarray, "p n"]
-    targets: Float[np.ndarray, " p"]
-    sound: Bool[np.ndarray, " p"]
-    seconds: float = field(repr=False)
+    _measured: list["Lengths"] = field(default_factory=list, repr=False)
 
     @classmethod
-    def of(cls, X: Any, O: Any, modalities: Any = None) -> "Projection":  # noqa: E741 - the paper's symbol
-        """Read the views, and the templates once.
+    def of(
+        cls, templates: Any, *, names: Sequence[str] | None = None, modalities: Any = None
+    ) -> "TemplateLibrary":
+        """Read templates from any of their usual forms.
 
         Parameters
         ----------
-        X : array_like (n, d)
-        O : array_like (d, p)
-            Column j is template j. An array, also a memory-mapped one, is not copied; keep it as it is while
-            the answers are in use.
+        templates : TemplateLibrary, mapping of str to array_like (d,), or array_like (d, p)
+            Each object's name and reference features; or the columns of O.
+        names : sequence of p str, optional
+            Names of the columns of an array; ``object 1`` ... without.
         modalities : see `Modalities.of`
 
         Raises
         ------
-        ProblemError, ModalityError
-            As `Problem` on X and each column of O.
+        ProblemError
+            No template at all, a wrong shape, or entries that are not real numbers; those that are not
+            finite are found by the first pass over the data.
+        ModalityError
+            The modalities are not a partition of the d features, or differ from those of the library given.
+        TemplateNameError
+            Names that do not fit, or that are given beside those of a mapping or a library.
         """
-        began = time.perf_counter()
-        views = real_array(X, "X", 2)
-        if 0 in views.shape:
-            must = "must have at least one row (robot) and one column"
-            raise ProblemError("X", value=views.shape, must=must)
-        templates = _templates(O, views.shape[1])
-        parts = Modalities.of(modalities, views.shape[1])
-        reduction = Reduction.of(views, parts)
-        x, shared, usable = _normalised(reduction)
-        C, squares = _read(reduction, templates)
-        sound = usable & (squares > 1.0 / SAFE) & (squares < SAFE)
-        exponents = (np.frexp(np.where(sound, squares, 0.5))[1] + 1) // 2
-        np.ldexp(C, -(x + exponents)[:, None], out=C)
-        np.ldexp(squares, -2 * exponents, out=squares)
-        seconds = time.perf_counter() - began
-        return cls(views, templates, parts, reduction, shared, x, exponents, C, squares, sound, seconds)
+        if isinstance(templates, TemplateLibrary):
+            return templates._confirmed(names, modalities)
+        columns, found = read_columns(templates, names)
+        return cls(columns, found, Modalities.of(modalities, columns.shape[0]))
+
+    def _confirmed(self, names: Sequence[str] | None, modalities: Any) -> "TemplateLibrary":
+        """The same library, unless it is to have other names or modalities."""
+        if names is not None and tuple(names) != self.names:
+            raise TemplateNameError("names", value=names, must="must be left out: the library has names")
+        if modalities is not None and not Modalities.of(modalities, self.d).same(self.modalities):
+            remedy = "Leave them out, or make the library with them."
+            must = "must be those of the library"
+            raise ProblemError("modalities", value=modalities, must=must, remedy=remedy)
+        return self
+
+    def __len__(self) -> int:
+        return int(self.O.shape[1])
 
     @property
-    def p(self) -> int:
-        """Number of templates."""
-        return int(self.targets.size)
+    def d(self) -> int:
+        """Number of features."""
+        return int(self.O.shape[0])
 
-    def template(self, j: int) -> Float[np.ndarray, " d"]:
+    def template(self, j: int) -> FeatureVector:
         """o_j as given."""
         return np.asarray(self.O[:, j], dtype=np.float64)
 
-    def problem(self, j: int, lambdas: tuple[float, float, float]) -> Problem:
-        """Template j's problem as given."""
-        one, two, three = lambdas
-        o, parts = self.template(j), self.modalities
-        return Problem(self.X, o, modalities=parts, lambda1=one, lambda2=two, lambda3=three)
+    def blocks(self) -> Iterator[tuple[slice, Float[np.ndarray, "d k"]]]:
+        """The templates, a few at a time, as float64."""
+        width = max(1, BLOCK // self.d)
+        for start in range(0, len(self), width):
+            chosen = slice(start, start + width)
+            yield chosen, np.asarray(self.O[:, chosen], dtype=np.float64)
+
+    @property
+    def measured(self) -> bool:
+        """Whether the pass over O has been made."""
+        return bool(self._measured)
+
+    @property
+    def lengths(self) -> "Lengths":
+        """Squared lengths and exponents of all templates; every number is finite.
+
+        Raises
+        ------
+        ProblemError
+            A number is NaN or infinite.
+        """
+        if not self._measured:
+            squares = np.empty(len(self))
+            for chosen, block in self.blocks():
+                squares[chosen] = squared_lengths(block, chosen.start)
+            self.keep(squares)
+        return self._measured[0]
+
+    def keep(self, squares: Float[np.ndarray, " p"]) -> None:
+        """Take over the squared lengths of all templates, from `squared_lengths` block by block."""
+        self._measured[:] = [Lengths(squares)]
+
+
+@dataclass(frozen=True, eq=False)
+class Lengths:
+    """How long p templates are: ||o_j||^2 = 2^(2 k_j) ||o_j_||^2, with ||o_j_|| in [1/2, 1).
+
+    Attributes
+    ----------
+    squares : float64 (p,)
+        ||o_j||^2, to rounding.
+    """
+
+    squares: Float[np.ndarray, " p"]
 
     @cached_property
-    def squares(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
-        """Lower and upper bounds of ||o_j||^2; 0 and infinite where it is not sound."""
-        g, found = self.shared.gamma, np.ldexp(self.targets, 2 * self.exponents)
-        lower, upper = found * (1.0 - g), found * (1.0 + g)
-        lower[~self.sound], upper[~self.sound] = 0.0, np.inf
-        return lower, upper
+    def sound(self) -> Bool[np.ndarray, " p"]:
+        """Where the length is neither 0 nor out of the safe range."""
+        return np.asarray((self.squares > 1.0 / SAFE) & (self.squares < SAFE))
 
     @cached_property
-    def distinct(self) -> Distinct:
-        """The views, equal ones taken together, for lambdas that make a lasso of the problem."""
-        return Distinct.of(self.X, self.shared)
+    def exponents(self) -> Int[np.ndarray, " p"]:
+        """k_j; 0 where the length is not sound."""
+        return np.asarray(length_exponents(np.where(self.sound, self.squares, 0.5)))
 
-    def zero_is_optimal(self, lambdas: tuple[float, float, float]) -> Bool[np.ndarray, " p"]:
-        """Where lambda2 >= 2 ||X o_j||_inf is proved, so that w = u = 0 is an optimum."""
-        size = np.abs(self.C) + 2.0 * self.shared.gamma * self.shared.rows
-        lambda2 = self.lambdas(lambdas)[0][:, 1]
-        return np.asarray(self.sound & (lambda2 >= (2.0 + 2.0**-40) * size.max(axis=1)))
-
-    def lambdas(
-        self, lambdas: tuple[float, float, float]
-    ) -> tuple[Float[np.ndarray, "p 3"], Bool[np.ndarray, " p"]]:
-        """Normalise the lambdas for each template; also tell where they are in the range of the bounds."""
-        found = np.empty((self.p, 3))
-        with np.errstate(over="ignore", under="ignore"):
-            found[:, 0] = np.ldexp(lambdas[0], -2 * self.x)
-            found[:, 1] = np.ldexp(lambdas[1], -self.x - self.exponents)
-            found[:, 2] = np.ldexp(lambdas[2], -2 * self.x - self.exponents)
-        inside = (found >= 1.0 / LARGEST) & (found <= LARGEST)
-        inside[:, np.array(lambdas) == 0.0] = True
-        return found, np.asarray(inside.all(axis=1))
+    @cached_property
+    def targets(self) -> Float[np.ndarray, " p"]:
+        """||o_j_||^2."""
+        return np.asarray(np.ldexp(self.squares, -2 * self.exponents))
 
 
-def _templates(O: Any, d: int) -> Any:  # noqa: E741 - the paper's symbol
-    """O as an array of real numbers with d rows, copied only if it is no such array."""
-    templates = (
-        O if isinstance(O, np.ndarray) and O.dtype.kind in "buif" and O.ndim == 2 else real_array(O, "O", 2)
-    )
-    if templates.shape[0] != d or templates.shape[1] == 0:
-        must = f"must have {d} rows, as X has columns, and at least one column a template"
-        raise ProblemError("O", value=templates.shape, must=must, remedy="Each column of O is one template.")
-    return templates
+def length_exponents(squares: Any) -> Any:
+    """The exponents k of squared lengths s: the length divided by 2^k lies in [1/2, 1)."""
+    return (np.frexp(squares)[1] + 1) // 2
 
 
-def _normalised(reduction: Reduction) -> tuple[int, Shared, bool]:
-    """x, and the normalised K and G with their bounds; whether they can be used."""
-    n, m = reduction.G.shape[0], len(reduction.K)
-    squares = np.einsum("ijj->ij", reduction.K)
-    largest = float(reduction.G.diagonal().max())
-    sound = 1.0 / SAFE < largest < SAFE and bool(np.isfinite(reduction.G).all())
-    x = int(np.frexp(largest)[1] + 1) // 2 if sound else 0
-    g = gamma(reduction.depth + 4 * n + 4 * m + 64)
-    lengths = np.sqrt(np.ldexp(squares, -2 * x) * (1.0 + 4 * g) + 2.0**-300)
-    rows = np.sqrt((lengths**2).sum(axis=0)) * (1.0 + g)
-    blocks = np.sqrt((lengths**2).sum(axis=1)) * (1.0 + g)
-    G, K = np.ldexp(reduction.G, -2 * x), np.ldexp(reduction.K, -2 * x)
-    return x, Shared(G, K, lengths, rows, blocks, g), sound
+def squared_lengths(block: Float[np.ndarray, "d k"], first: int) -> Float[np.ndarray, " k"]:
+    """||o_j||^2 of some columns of O, the first of which is column `first`.
+
+    Raises
+    ------
+    ProblemError
+        A number is NaN or infinite.
+    """
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        found = np.einsum("dp,dp->p", block[:CHUNK], block[:CHUNK])
+        for start in range(CHUNK, block.shape[0], CHUNK):
+            part = block[start : start + CHUNK]
+            found += np.einsum("dp,dp->p", part, part)
+    for j in np.flatnonzero(~np.isfinite(found)):  # an overflow of the squares alone is no fault
+        real_array(block[:, j], f"O[:, {first + j}]", 1)
+    return np.asarray(found)
 
 
-def _read(reduction: Reduction, O: Any) -> tuple[Float[np.ndarray, "p n"], Float[np.ndarray, " p"]]:  # noqa: E741
-    """Row j of the first is X o_j; the second holds ||o_j||^2."""
-    d, p = O.shape
-    C, squares = np.empty((p, reduction.G.shape[0])), np.empty(p)
-    width = max(1, BLOCK // d)
-    for start in range(0, p, width):
-        chosen = slice(start, start + width)
-        block = np.asarray(O[:, chosen], dtype=np.float64)
-        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-            C[chosen] = reduction.product(block)
-            squares[chosen] = reduction.squares(block)
-        if not np.isfinite(squares[chosen]).all():
-            for j in np.flatnonzero(~np.isfinite(squares[chosen])):
-                real_array(block[:, j], f"O[:, {start + j}]", 1)
-    return C, squares
+def read_columns(templates: Any, names: Sequence[str] | None) -> tuple[Any, tuple[str, ...]]:
+    """O and the names of its columns, from a mapping or an array; see `TemplateLibrary.of`."""
+    if isinstance(templates, Mapping):
+        if names is not None:
+            must = "must be left out where the templates are a mapping, whose keys are the names"
+            raise TemplateNameError("names", value=names, must=must)
+        names, templates = tuple(templates), _columns(templates)
+    columns = _as_columns(templates)
+    return columns, _names(names, columns.shape[1])
+
+
+def _as_columns(templates: Any) -> Any:
+    """O as an array of real numbers with a column for each template, copied only if it is no such array."""
+    found = templates
+    if not (isinstance(found, np.ndarray) and found.dtype.kind in "buif" and found.ndim == 2):
+        found = real_array(templates, "O", 2)
+    if 0 in found.shape:
+        must = "must have at least one row and at least one column"
+        raise ProblemError("O", value=found.shape, must=must, remedy="Each column of O is one template.")
+    return found
+
+
+def _columns(templates: Mapping[str, Any]) -> Float[np.ndarray, "d p"]:
+    """Each template of a mapping as a column."""
+    if not templates:
+        raise ProblemError("references", value=templates, must="must name at least one object")
+    rows = {name: real_array(o, f"reference {name!r}", 1) for name, o in templates.items()}
+    first, d = next((name, row.size) for name, row in rows.items())
+    for name, row in rows.items():
+        if row.size != d:
+            must = f"must have the {d} entries that reference {first!r} has"
+            raise ProblemError(f"reference {name!r}", value=row.shape, must=must)
+    return np.stack(list(rows.values())).T
+
+
+def _names(given: Sequence[str] | None, p: int) -> tuple[str, ...]:
+    """As many names as templates, all different, or else the default ones."""
+    names = tuple(f"object {i}" for i in range(1, p + 1)) if given is None else tuple(given)
+    if len(names) != p or len(set(names)) != p:
+        raise TemplateNameError("names", value=names, must=f"must name each of the {p} templates once")
+    return names

@@ -94,6 +94,12 @@ class Modalities:
         """||u^i||_2 of each modality, shape (m,), safe against overflow and underflow."""
         return np.array([euclidean_length(u[c]) for c in self.columns])
 
+    def same(self, other: "Modalities") -> bool:
+        """Whether the other has the same groups of columns in the same order, whatever their names."""
+        return len(self) == len(other) and all(
+            np.array_equal(np.r_[a], np.r_[b]) for a, b in zip(self, other, strict=True)
+        )
+
     def permuted(self, order: Sequence[int]) -> "Modalities":
         """The same groups of columns, listed in another order."""
         return Modalities(tuple(self.names[i] for i in order), tuple(self.columns[i] for i in order), self.d)
@@ -105,9 +111,11 @@ def _check_names(names: tuple[Any, ...]) -> None:
     for name in names:
         if not isinstance(name, str) or not name:
             raise ModalityError("a modality's name", value=name, must="must be a non-empty string")
+    seen: set[str] = set()
     for name in names:
-        if names.count(name) > 1:
+        if name in seen:
             raise ModalityError("a modality's name", value=name, must="must be given once")
+        seen.add(name)
 
 
 def _partition(names: tuple[str, ...], parts: tuple[Any, ...], d: int) -> tuple[Columns, ...]:
@@ -162,7 +170,8 @@ def _explicit(name: str, part: Any, d: int) -> NDArray[np.int64]:
         if not 0 <= column < d:
             raise ModalityError(label, value=column, must=f"must name columns in 0 .. {d - 1}", remedy=REMEDY)
     if np.unique(group).size != group.size:
-        twice = next(c for c in group.tolist() if group.tolist().count(c) > 1)
+        values, counts = np.unique(group, return_counts=True)
+        twice = int(values[counts > 1][0])
         raise ModalityError(label, value=twice, must="must name each column once", remedy=REMEDY)
     frozen = group.astype(np.int64)
     frozen.flags.writeable = False

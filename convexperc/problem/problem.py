@@ -1,13 +1,15 @@
 """One template's problem: the data and the three lambdas, validated once and frozen."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from convexperc.errors import ProblemError
-from convexperc.problem.arrays import FeatureVector, Matrix, nonnegative_number, real_array
+from convexperc.problem.arrays import FeatureVector, Matrix, real_array
 from convexperc.problem.modalities import Modalities
+from convexperc.problem.penalties import Penalties
+from convexperc.problem.views import Views
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +37,12 @@ class Problem:
 
     Notes
     -----
+    `views` holds X and the modalities as the templates of one set of views share them.
+
     Paper: Eq. (full).
     """
 
+    views: ClassVar[Views]  # of each problem; no field, so that `dataclasses.replace` takes X and lambdas
     X: Matrix
     o: FeatureVector
     modalities: Modalities = field(kw_only=True)
@@ -55,38 +60,31 @@ class Problem:
         lambda3: Any,
         modalities: Any = None,
     ) -> None:
-        views = real_array(X, "X", 2)
-        target = real_array(o, "o", 1)
-        if 0 in views.shape:
-            raise ProblemError(
-                "X", value=views.shape, must="must have at least one row (robot) and one column"
-            )
-        if target.shape[0] != views.shape[1]:
-            must = f"must have one entry for each of the {views.shape[1]} columns of X"
-            raise ProblemError("o", value=target.shape, must=must)
-        put = object.__setattr__
-        put(self, "X", views)
-        put(self, "o", target)
-        put(self, "modalities", Modalities.of(modalities, views.shape[1]))
-        put(self, "lambda1", nonnegative_number(lambda1, "lambda1"))
-        put(self, "lambda2", nonnegative_number(lambda2, "lambda2"))
-        put(self, "lambda3", nonnegative_number(lambda3, "lambda3"))
+        views = Views.of(X, modalities)
+        self._fill(views, _target(o, views), Penalties(lambda1, lambda2, lambda3))
 
-    def for_template(self, o: Any) -> "Problem":
-        """The same problem for another template; X is shared, not copied.
+    @classmethod
+    def of(cls, views: Views, o: Any, penalties: Penalties) -> "Problem":
+        """The problem of one template; the views are shared, not copied.
 
         Raises
         ------
         ProblemError
             As for `o` above.
         """
-        target = real_array(o, "o", 1)
-        if target.shape[0] != self.d:
-            must = f"must have one entry for each of the {self.d} columns of X"
-            raise ProblemError("o", value=target.shape, must=must)
-        other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__, o=target)
-        return other
+        problem = object.__new__(cls)
+        problem._fill(views, _target(o, views), penalties)
+        return problem
+
+    def _fill(self, views: Views, o: FeatureVector, penalties: Penalties) -> None:
+        one, two, three = penalties
+        self.__dict__.update(
+            X=views.X, o=o, modalities=views.modalities, lambda1=one, lambda2=two, lambda3=three, views=views
+        )
+
+    def for_template(self, o: Any) -> "Problem":
+        """The same problem for another template; X is shared, not copied. Errors as for `o` above."""
+        return Problem.of(self.views, o, self.penalties)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the data, so that what comes back is checked and read-only again."""
@@ -108,6 +106,11 @@ class Problem:
         return len(self.modalities)
 
     @property
+    def penalties(self) -> Penalties:
+        """The three lambdas."""
+        return Penalties(*self.lambdas)
+
+    @property
     def lambdas(self) -> tuple[float, float, float]:
         """(lambda1, lambda2, lambda3)."""
         return self.lambda1, self.lambda2, self.lambda3
@@ -124,6 +127,16 @@ class Problem:
         )
 
 
+def _target(o: Any, views: Views) -> FeatureVector:
+    """A read-only copy of o, with as many entries as X has columns."""
+    target = real_array(o, "o", 1)
+    d = views.X.shape[1]
+    if target.shape[0] != d:
+        must = f"must have one entry for each of the {d} columns of X"
+        raise ProblemError("o", value=target.shape, must=must)
+    return target
+
+
 def _rebuild(
     X: Matrix, o: FeatureVector, modalities: Modalities, lambdas: tuple[float, float, float]
 ) -> Problem:
@@ -137,9 +150,5 @@ def same_data(first: Problem, second: Problem) -> bool:
         first.lambdas == second.lambdas
         and np.array_equal(first.X, second.X)
         and np.array_equal(first.o, second.o)
-        and len(first.modalities) == len(second.modalities)
-        and all(
-            np.array_equal(np.r_[a], np.r_[b])
-            for a, b in zip(first.modalities, second.modalities, strict=True)
-        )
+        and first.modalities.same(second.modalities)
     )

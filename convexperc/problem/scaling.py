@@ -12,18 +12,24 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from convexperc.problem.arrays import FeatureVector, Matrix, Vector
+from convexperc.problem.arrays import (
+    FeatureVector,
+    Matrix,
+    Vector,
+    binary_exponent,
+    is_power_of_two_times,
+    times_power_of_two,
+)
+from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
+from convexperc.problem.views import Views
 
 LARGEST = 2.0**1000
 """Scaled lambdas above this are cut here for solvers; a smaller lambda can only lower F*."""
 
 SMALLEST_NORMAL = 2.0**-1022
 """Underflow errs by less, also where subnormal results are flushed to 0."""
-NORMAL = 1022
-"""2^e is a normal float for |e| below this."""
 
 Bounds = tuple[float, float]
 
@@ -43,16 +49,19 @@ class Scaling:
 
     @classmethod
     def of(cls, problem: Problem) -> "Scaling":
-        """Choose the exponents: the longest row of X, and o, get a norm in [1/2, 1)."""
-        return cls(_exponent(problem.X), _exponent(problem.o[None, :]))
+        """Choose the exponents: the longest row of X, and o, get a length in [1/2, 1)."""
+        return cls(problem.views.exponent, binary_exponent(problem.o[None, :]))
 
     def data(self, problem: Problem) -> tuple[Matrix, FeatureVector, float]:
         """X_, o_, and a bound on the error of each of their entries (0 unless an entry underflowed)."""
-        X, o = _times_power(problem.X, -self.x), _times_power(problem.o, -self.o)
-        exact = np.array_equal(_times_power(X, self.x), problem.X) and np.array_equal(
-            _times_power(o, self.o), problem.o
-        )
-        return X, o, 0.0 if exact else SMALLEST_NORMAL
+        views, o = self._views(problem), times_power_of_two(problem.o, -self.o)
+        exact = views.exact and is_power_of_two_times(o[None, :], problem.o[None, :], -self.o)
+        return views.X, o, 0.0 if exact else SMALLEST_NORMAL
+
+    def _views(self, problem: Problem) -> Views:
+        """The views in normalised units, which the templates of one set of views share."""
+        views = problem.views
+        return views.normalised if self.x == views.exponent else views.divided(self.x)
 
     def lambdas(self, problem: Problem) -> tuple[Bounds, Bounds, Bounds]:
         """lambda1_, lambda2_, lambda3_ as (lower, upper), equal unless one leaves the range of float64."""
@@ -63,22 +72,22 @@ class Scaling:
     def point(self, w: Vector, u: FeatureVector) -> tuple[Vector, FeatureVector]:
         """(w_, u_) of a point (w, u) on the original data."""
         with np.errstate(over="ignore", under="ignore"):
-            return _times_power(w, self.x - self.o), _times_power(u, 2 * self.x - self.o)
+            return times_power_of_two(w, self.x - self.o), times_power_of_two(u, 2 * self.x - self.o)
 
     def point_back(self, w: Vector, u: FeatureVector) -> tuple[Vector, FeatureVector]:
         """(w, u) on the original data of a point (w_, u_)."""
         with np.errstate(over="ignore", under="ignore"):
-            return _times_power(w, self.o - self.x), _times_power(u, self.o - 2 * self.x)
+            return times_power_of_two(w, self.o - self.x), times_power_of_two(u, self.o - 2 * self.x)
 
     def dual(self, a: FeatureVector, b: Vector) -> tuple[FeatureVector, Vector]:
         """(a_, b_) of a dual point (a, b): a = t a_ and b = s t b_."""
         with np.errstate(over="ignore", under="ignore"):
-            return _times_power(a, -self.o), _times_power(b, -self.x - self.o)
+            return times_power_of_two(a, -self.o), times_power_of_two(b, -self.x - self.o)
 
     def dual_back(self, a: FeatureVector, b: Vector) -> tuple[FeatureVector, Vector]:
         """(a, b) on the original data of a dual point (a_, b_)."""
         with np.errstate(over="ignore", under="ignore"):
-            return _times_power(a, self.o), _times_power(b, self.x + self.o)
+            return times_power_of_two(a, self.o), times_power_of_two(b, self.x + self.o)
 
     def value_back(self, bounds: Bounds) -> Bounds:
         """Bounds of F on the original data from bounds of F_, rounded outward where that is no float."""
@@ -97,27 +106,10 @@ class Scaling:
         With ||x^j|| < 1 and ||o|| < 1: lambda2 >= 2 gives w = 0; and ||b||_inf <= 2 + lambda2 at the optimum,
         so that lambda3 >= n (2 + lambda2) gives u = 0. Only lambda1 beyond `LARGEST` is really cut.
         """
-        X, o, _ = self.data(problem)
+        o = times_power_of_two(problem.o, -self.o)
         one, two, three = (min(high, LARGEST) for _, high in self.lambdas(problem))
         two, three = min(two, 4.0), min(three, 8.0 * problem.n)
-        return Problem(X, o, modalities=problem.modalities, lambda1=one, lambda2=two, lambda3=three)
-
-
-def _exponent(rows: Matrix) -> int:
-    """Binary exponent e of the longest row: 2^-e times its norm lies in [1/2, 1)."""
-    largest = float(np.abs(rows).max())
-    if largest == 0.0:
-        return 0
-    first = math.frexp(largest)[1]
-    norms = np.linalg.norm(_times_power(rows, -first), axis=1)
-    return first + math.frexp(float(norms.max()))[1]
-
-
-def _times_power(values: NDArray[np.float64], exponent: int) -> NDArray[np.float64]:
-    """Values * 2^exponent; one multiplication where the power is a normal float, as it rounds alike."""
-    if abs(exponent) < NORMAL:
-        return values * math.ldexp(1.0, exponent)
-    return np.asarray(np.ldexp(values, exponent))
+        return Problem.of(self._views(problem), o, Penalties(one, two, three))
 
 
 def _shifted(value: float, exponent: int) -> Bounds:

@@ -1,10 +1,13 @@
 from .decision import Decision
-from .label import decide, decided_by, recognize, recognize_path
+from .label import Options, decide, decided_by, recognize, recognize_path
 from .recognition import Ranked, Recognition, Template, Verdict
-from .references import References, SampleScene, perceive, read_pictures, sample_names, sample_scene
+from .references import NamedPictures, References, perceive, read_pictures
+from .sample import SampleScene, sample_names, sample_scene
 
 __all__ = [
     "Decision",
+    "NamedPictures",
+    "Options",
     "Ranked",
     "Recognition",
     "References",

@@ -3,10 +3,10 @@
 from enum import Enum
 
 import numpy as np
-from jaxtyping import Float
 
+from convexperc.certificate.data_bounds import Intervals
 from convexperc.certificate.rounding import U
-from convexperc.errors import ProblemError
+from convexperc.errors import DecisionError
 
 
 class Decision(Enum):
@@ -24,7 +24,7 @@ class Decision(Enum):
 
         Raises
         ------
-        ProblemError
+        DecisionError
             There is no such decision.
         """
         if isinstance(value, cls):
@@ -33,10 +33,7 @@ class Decision(Enum):
             if decision.value == value:
                 return decision
         names = ", ".join(repr(decision.value) for decision in cls)
-        raise ProblemError("decision", value=value, must=f"must be one of {names}")
-
-
-Intervals = tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]
+        raise DecisionError("decision", value=value, must=f"must be one of {names}")
 
 
 def costs(decision: Decision, optima: Intervals, squares: Intervals) -> Intervals:

@@ -1,34 +1,87 @@
 """Which object is it: from the views and the templates to a label that is proved or not claimed."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
-from jaxtyping import Float
 
-from convexperc.certificate.certificate import ABSOLUTE, RELATIVE
+from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.lambda_max import zero_is_optimal
+from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.enclosure import enclose, finite_start
-from convexperc.errors import ProblemError
-from convexperc.problem.arrays import euclidean_length, real_array
-from convexperc.problem.library import Projection
+from convexperc.errors import RobotNameError
+from convexperc.problem.arrays import euclidean_length
+from convexperc.problem.penalties import Penalties
+from convexperc.problem.reduced import ReducedData
 from convexperc.recognition.decision import Decision
-from convexperc.recognition.pruning import race
+from convexperc.recognition.pruning import prune as prune_by_bounds
 from convexperc.recognition.recognition import Recognition, Verdict, cost_bounds
 from convexperc.recognition.ties import interchangeable
 from convexperc.solution.answers import Answers
-from convexperc.solution.run import Run, read_lambdas
+from convexperc.solution.batch import BatchSolver
 from convexperc.solvers.interface import Solver
 
-NARROW = 1e-30
+NARROWEST = 1e-30
 """Relative width asked of overlapping intervals; what is reported is limited by float64, about 1e-16."""
 NORM_FACTOR = 1.1
 """Templates whose norms differ by more than this factor are warned about: F* <= ||o||^2, so a short template
 wins by its length."""
 
 
-def recognize(  # noqa: PLR0913 - each a choice of its own
+class Options(TypedDict, total=False):
+    """How a recognition is made; each may be left out.
+
+    Attributes
+    ----------
+    decision : {"objective", "explained share"} or Decision
+        What the templates are compared by: F*, as in the paper (the default), or the share of ||o||^2 that
+        is explained.
+    prune : bool
+        Solve only the templates that lower bounds do not exclude (the default).
+    solver : Solver or None
+        Solve every template by this one. Without, all are solved at once, see `convexperc.recognition.pruning`.
+    escalate : bool
+        Answer by ball arithmetic where the named solver's answer is not certified, and narrow the intervals
+        by it where they overlap (the default).
+    relative_tolerance, absolute_tolerance : float
+        See `convexperc.certificate.Tolerances`.
+    """
+
+    decision: Decision | str
+    prune: bool
+    solver: Solver | None
+    escalate: bool
+    relative_tolerance: float
+    absolute_tolerance: float
+
+
+@dataclass(frozen=True)
+class _Settings:
+    """The options, complete; an unknown one is a TypeError, as for any function."""
+
+    decision: Decision | str = Decision.OBJECTIVE
+    prune: bool = True
+    solver: Solver | None = None
+    escalate: bool = True
+    relative_tolerance: Any = RELATIVE
+    absolute_tolerance: Any = ABSOLUTE
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "decision", Decision.of(self.decision))
+
+    @property
+    def rule(self) -> Decision:
+        """What the templates are compared by."""
+        return Decision.of(self.decision)
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """Both tolerances."""
+        return Tolerances(self.relative_tolerance, self.absolute_tolerance)
+
+
+def recognize(
     X: Any,
     references: Any,
     *,
@@ -38,14 +91,8 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     modalities: Any = None,
     names: Sequence[str] | None = None,
     views: Sequence[str] | None = None,
-    solver: Solver | None = None,
-    escalate: bool = True,
-    prune: bool = True,
     start: Recognition | None = None,
-    decision: Decision | str = Decision.OBJECTIVE,
-    relative_tolerance: float = RELATIVE,
-    absolute_tolerance: float = ABSOLUTE,
-    progress: Callable[[str], None] | None = None,
+    **options: Unpack[Options],
 ) -> Recognition:
     """Recognise the object that n views show.
 
@@ -53,30 +100,20 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     ----------
     X : array_like (n, d)
         Row i is robot i's feature vector.
-    references : mapping of str to array_like (d,), or array (d, p)
-        Each known object's name and reference features: the columns of O. A large library is best given as
-        one array, which may be memory-mapped, with `names`.
+    references : TemplateLibrary, mapping of str to array_like (d,), or array_like (d, p)
+        The known objects: each one's name and reference features, or the columns of O. A library is checked
+        and measured once, for any number of calls; an array may be memory-mapped.
     lambda1, lambda2, lambda3 : real number
-    modalities : see `Modalities.of`
+    modalities : see `Modalities.of`; those of the library without
     names : sequence of p str, optional
         Names of the columns of an array; ``object 1`` ... without.
     views : sequence of n str, optional
         Names of the robots; ``robot 1`` ... without.
-    solver : Solver, optional
-        Solve every template by this one. Without, all are solved at once, see `convexperc.recognition.pruning`.
-    escalate : bool
-        Answer by ball arithmetic where the named solver's answer is not certified, and narrow the intervals
-        by it where they overlap.
-    prune : bool
-        Solve only the templates that lower bounds do not exclude.
     start : Recognition, optional
-        That of the last frame, with as many robots, modalities and templates.
-    decision : {"objective", "explained share"} or Decision
-        What the templates are compared by: F*, as in the paper, or the share of ||o||^2 that is explained.
-    relative_tolerance, absolute_tolerance : float
-        See `convexperc.certificate.certificate.Certificate`.
-    progress : callable, optional
-        Called with each template's name when it is done.
+        An earlier one, with as many robots, modalities and templates.
+    **options
+        ``decision``, ``prune``, ``solver``, ``escalate``, ``relative_tolerance``, ``absolute_tolerance``:
+        see `Options`.
 
     Returns
     -------
@@ -85,7 +122,9 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     Raises
     ------
     ProblemError, ModalityError
-        See `Problem`; also no reference at all, names that do not fit, or no such decision.
+        See `Problem`; also no reference at all.
+    TemplateNameError, RobotNameError, DecisionError, ToleranceError, StartError
+        An argument of that name does not fit.
     SolverError
         The named solver gave no point for a template.
 
@@ -93,36 +132,31 @@ def recognize(  # noqa: PLR0913 - each a choice of its own
     -----
     Paper: Algorithm 1, line 9 and its return: the label is the category with the lowest objective.
     """
-    lambdas, rule = read_lambdas(lambda1, lambda2, lambda3), Decision.of(decision)
-    projection, objects, robots = _read(X, references, modalities, names, views)
-    tolerances = relative_tolerance, absolute_tolerance
-    run = Run.of(projection, lambdas, *tolerances, None if start is None else start.answers)
-    if solver is not None:
-        run.fall_back(np.arange(len(objects)), solver, escalate=escalate)
-    else:
-        _solve(run, rule, prune=prune)
-    if progress is not None:
-        for name in objects:
-            progress(name)
-    return _decided(run, objects, robots, rule, escalate=escalate)
+    settings, penalties = _Settings(**options), Penalties(lambda1, lambda2, lambda3)
+    bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
+    robots = _robots(views, bounds.data.n)
+    return _recognised(bounds, penalties, robots, settings, None if start is None else start.answers)
 
 
 def recognize_path(
     X: Any,
     references: Any,
-    grid: Iterable[tuple[Any, Any, Any]],
+    grid: Iterable[Penalties | tuple[Any, Any, Any]],
     *,
     modalities: Any = None,
     names: Sequence[str] | None = None,
     views: Sequence[str] | None = None,
-    prune: bool = True,
-    decision: Decision | str = Decision.OBJECTIVE,
-    relative_tolerance: float = RELATIVE,
-    absolute_tolerance: float = ABSOLUTE,
+    **options: Unpack[Options],
 ) -> Iterator[Recognition]:
-    """`recognize` for each (lambda1, lambda2, lambda3) of a grid; the data are read once.
+    """`recognize` for each choice of the lambdas in a grid; the data are read once.
 
     Each recognition is that of `recognize`, to the bit: none starts from the one before.
+
+    Parameters
+    ----------
+    X, references, modalities, names, views, **options
+        See `recognize`.
+    grid : iterable of Penalties or (lambda1, lambda2, lambda3)
 
     Yields
     ------
@@ -131,42 +165,33 @@ def recognize_path(
 
     Raises
     ------
-    ProblemError, ModalityError
+    ProblemError, ModalityError, TemplateNameError, RobotNameError, DecisionError, ToleranceError
         See `recognize`.
     """
-    rule = Decision.of(decision)
-    projection, objects, robots = _read(X, references, modalities, names, views)
+    settings = _Settings(**options)
+    bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
+    robots = _robots(views, bounds.data.n)
     for triple in grid:
-        run = Run.of(projection, read_lambdas(*triple), relative_tolerance, absolute_tolerance)
-        _solve(run, rule, prune=prune)
-        yield _decided(run, objects, robots, rule, escalate=True)
+        yield _recognised(bounds, Penalties.of(triple), robots, settings, None)
 
 
-def _read(
-    X: Any, references: Any, modalities: Any, names: Sequence[str] | None, views: Sequence[str] | None
-) -> tuple[Projection, tuple[str, ...], tuple[str, ...]]:
-    """The frame, the names of its templates, and those of its robots."""
-    if isinstance(references, Mapping):
-        names, references = tuple(references), _columns(X, references)
-    projection = Projection.of(X, references, modalities)
-    robots = _names(views, projection.C.shape[1], "robot", "views", "rows of X")
-    return projection, _names(names, projection.p, "object", "names", "columns"), robots
-
-
-def _solve(run: Run, rule: Decision, *, prune: bool) -> None:
-    """Every template to the end, or only as far as the label needs."""
-    if prune:
-        race(run, rule)
-    else:
-        run.finish()
-
-
-def _decided(
-    run: Run, names: tuple[str, ...], views: tuple[str, ...], rule: Decision, *, escalate: bool
+def _recognised(
+    bounds: DataBounds,
+    penalties: Penalties,
+    robots: tuple[str, ...],
+    settings: _Settings,
+    start: Answers | None,
 ) -> Recognition:
-    """The verdict on what is known; where intervals overlap, ball arithmetic narrows them."""
-    found = decide(run.answers(), names, views, rule)
-    return _narrowed(found) if escalate else found
+    """Solve as far as the label needs, or to the end, and draw the verdict."""
+    batch = BatchSolver.of(bounds, penalties, settings.tolerances, start)
+    if settings.solver is not None:
+        batch.fall_back(np.arange(bounds.data.p), settings.solver, escalate=settings.escalate)
+    elif settings.prune:
+        prune_by_bounds(batch, settings.rule)
+    else:
+        batch.finish()
+    found = decide(batch.answers, bounds.data.library.names, robots, settings.rule)
+    return _narrowed(found) if settings.escalate else found
 
 
 def decided_by(found: Recognition, decision: Decision | str) -> Recognition:
@@ -186,24 +211,11 @@ def decided_by(found: Recognition, decision: Decision | str) -> Recognition:
     return _narrowed(decide(found.answers, found.names, found.views, Decision.of(decision)))
 
 
-def _columns(X: Any, references: Mapping[str, Any]) -> Float[np.ndarray, "d p"]:
-    """Each reference as a column."""
-    if not references:
-        raise ProblemError("references", value=references, must="must name at least one object")
-    d = real_array(X, "X", 2).shape[1]
-    rows = [real_array(o, f"reference {name!r}", 1) for name, o in references.items()]
-    for name, row in zip(references, rows, strict=True):
-        if row.size != d:
-            must = f"must have one entry for each of the {d} columns of X"
-            raise ProblemError(f"reference {name!r}", value=row.shape, must=must)
-    return np.stack(rows).T
-
-
-def _names(given: Sequence[str] | None, count: int, kind: str, field: str, what: str) -> tuple[str, ...]:
-    """Return as many names, all different, or else the default ones."""
-    names = tuple(f"{kind} {i}" for i in range(1, count + 1)) if given is None else tuple(given)
-    if len(names) != count or len(set(names)) != count:
-        raise ProblemError(field, value=names, must=f"must name each of the {count} {what} once")
+def _robots(given: Sequence[str] | None, n: int) -> tuple[str, ...]:
+    """As many names as robots, all different, or else the default ones."""
+    names = tuple(f"robot {i}" for i in range(1, n + 1)) if given is None else tuple(given)
+    if len(names) != n or len(set(names)) != n:
+        raise RobotNameError("views", value=names, must=f"must name each of the {n} rows of X once")
     return names
 
 
@@ -218,7 +230,7 @@ def _narrowed(found: Recognition) -> Recognition:
         data = problem.o.tobytes()
         if data not in known:
             start = finite_start(found.answers.w[j], found.answers.u(j))
-            tight = enclose(problem, relative_tolerance=NARROW, absolute_tolerance=NARROW, start=start)
+            tight = enclose(problem, relative_tolerance=NARROWEST, absolute_tolerance=NARROWEST, start=start)
             known[data] = tight.lower, tight.upper
         lower[j], upper[j] = max(known[data][0], lower[j]), min(known[data][1], upper[j])
     answers = replace(found.answers, lower=lower, upper=upper)
@@ -262,14 +274,14 @@ def decide(
         if decision is Decision.EXPLAINED_SHARE:
             return verdict(Verdict.PROVED, "more of it is explained than of every other one, by proof")
         return verdict(Verdict.PROVED, "its optimum lies below every other one, by proof")
-    data = answers.projection
-    first = data.template(int(rivals[0]))
-    others = [data.template(int(j)) for j in rivals[1:]]
+    data = answers.data
+    first = data.library.template(int(rivals[0]))
+    others = [data.library.template(int(j)) for j in rivals[1:]]
     ordered = tuple(names[j] for j in sorted(rivals.tolist()))
     if all(np.array_equal(first, other) for other in others):
         candidates = ordered
         return verdict(Verdict.TIE, f"the templates {', '.join(candidates)} are identical")
-    if all(interchangeable(data.X, data.modalities, first, other) for other in others):
+    if all(interchangeable(data.views.X, data.views.modalities, first, other) for other in others):
         candidates = ordered
         reason = f"the templates {', '.join(candidates)} are the same but for the order of the data"
         return verdict(Verdict.TIE, reason)
@@ -278,19 +290,19 @@ def decide(
 
 def _all_zero(answers: Answers) -> bool:
     """Whether w = u = 0 is proved to be an optimum for every template."""
-    if (answers.upper < answers.projection.squares[0]).any():
+    if (answers.upper < answers.bounds.squares[0]).any():
         return False
-    proved, sound = answers.projection.zero_is_optimal(answers.lambdas), answers.projection.sound
+    proved, sound = answers.bounds.zero_is_optimal(answers.penalties), answers.data.sound
     if not proved[sound].all():
         return False
     return all(zero_is_optimal(answers.problem(int(j))) for j in (~sound).nonzero()[0])
 
 
 def _norm_warning(answers: Answers, names: tuple[str, ...]) -> tuple[str, ...]:
-    data = answers.projection
-    norms = np.sqrt(data.squares[0])
+    data = answers.data
+    norms = np.sqrt(answers.bounds.squares[0])
     for j in (~data.sound).nonzero()[0].tolist():
-        norms[j] = euclidean_length(data.template(j))
+        norms[j] = euclidean_length(data.library.template(j))
     short, long = int(norms.argmin()), int(norms.argmax())
     if norms[long] <= NORM_FACTOR * norms[short]:
         return ()

@@ -1,53 +1,77 @@
 """Which template has the lowest optimum: the others are excluded by lower bounds, most of them unsolved.
 
 In a large library a few templates are solved first. A linear map fitted to their answers predicts a primal
-and a dual point for each of the others; whatever these are worth, `convexperc.certificate.reduced` makes proved
-bounds of them. What is left is solved in the order of its bounds, and only until it is excluded.
+and a dual point for each of the others; whatever these are worth, `convexperc.certificate.reduced` makes
+proved bounds of them. What is left is solved in the order of its bounds, and only until it is excluded.
 """
 
+import math
 import time
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from convexperc.recognition.decision import Decision
-from convexperc.solution.run import Run
+from convexperc.certificate.data_bounds import Intervals
+from convexperc.recognition.decision import Decision, costs
+from convexperc.solution.batch import BatchSolver
+from convexperc.solvers.newton.loop import Pruning
 from convexperc.solvers.newton.method import Batch
 
-SAMPLES = 4
+MARGIN = 1e-6
+"""A template is given up only this far, relatively, above the best one: it must be proved to lie above."""
+SAMPLES_PER_UNKNOWN = 4
 """Templates solved for the prediction, for each unknown of a row of the linear map."""
-WORTH = 8
+WORTH_PREDICTING = 8
 """Predict where the library has this many times the templates that are solved for it."""
 
 
-def race(run: Run, decision: Decision = Decision.OBJECTIVE) -> None:
-    """Leave in `run` at least one certified answer, and every other one certified or excluded by proof."""
-    ready = run.ready.nonzero()[0]
-    run.fall_back((~run.ready).nonzero()[0])
+def prune(batch: BatchSolver, decision: Decision = Decision.OBJECTIVE) -> None:
+    """Leave in `batch` at least one certified answer, and every other one certified or excluded by proof."""
+    ready = batch.ready.nonzero()[0]
+    batch.fall_back((~batch.ready).nonzero()[0])
     if ready.size:
-        order = ready[np.argsort(_estimate(run, decision)[ready], kind="stable")]
-        samples = SAMPLES * (run.projection.C.shape[1] + 1)
-        if not (run.warm or run.lasso) and samples * WORTH <= ready.size:
+        order = ready[np.argsort(_estimate(batch, decision)[ready], kind="stable")]
+        samples = SAMPLES_PER_UNKNOWN * (batch.data.n + 1)
+        if not (batch.warm or batch.penalties.uncoupled) and samples * WORTH_PREDICTING <= ready.size:
             chosen = _spread(order, samples)
-            run.advance(chosen)
-            _predict(run, chosen, np.setdiff1d(order, chosen, assume_unique=True))
-        lower, upper = run.costs(decision)
-        left = order[~run.certified()[order] & (lower[order] <= upper.min())]
-        run.advance(left[np.argsort(lower[left], kind="stable")], float(upper.min()), decision)
-    run.fall_back(_doubtful(run, decision))
+            batch.advance(chosen)
+            _predict(batch, chosen, np.setdiff1d(order, chosen, assume_unique=True))
+        lower, upper = _costs(batch, decision)
+        left = order[~batch.answers.certified[order] & (lower[order] <= upper.min())]
+        left = left[np.argsort(lower[left], kind="stable")]
+        batch.advance(left, _pruning(batch, left, float(upper.min()), decision) if left.size else None)
+    batch.fall_back(_doubtful(batch, decision))
 
 
-def _doubtful(run: Run, decision: Decision) -> Int[np.ndarray, " k"]:
+def _costs(batch: BatchSolver, decision: Decision) -> Intervals:
+    """Proved bounds of what decides; see `convexperc.recognition.decision`."""
+    answers = batch.answers
+    return costs(decision, (answers.lower, answers.upper), batch.bounds.squares)
+
+
+def _pruning(
+    batch: BatchSolver, chosen: Int[np.ndarray, " k"], ceiling: float, decision: Decision
+) -> Pruning:
+    """The ceiling in units that the chosen templates share."""
+    data = batch.data
+    if decision is Decision.EXPLAINED_SHARE:
+        return Pruning(1.0 / data.targets[chosen], ceiling, MARGIN)
+    largest = int(data.exponents.max())
+    units = np.ldexp(1.0, 2 * (data.exponents[chosen] - largest))
+    return Pruning(units, math.ldexp(ceiling, -2 * largest), MARGIN)
+
+
+def _doubtful(batch: BatchSolver, decision: Decision) -> Int[np.ndarray, " k"]:
     """Templates that are neither excluded nor certified."""
-    lower, upper = run.costs(decision)
-    return np.flatnonzero((lower <= upper.min()) & ~run.certified())
+    lower, upper = _costs(batch, decision)
+    return np.flatnonzero((lower <= upper.min()) & ~batch.answers.certified)
 
 
-def _estimate(run: Run, decision: Decision) -> Float[np.ndarray, " p"]:
+def _estimate(batch: BatchSolver, decision: Decision) -> Float[np.ndarray, " p"]:
     """A guess at every cost, only to order the templates: what ridge regression on the views leaves."""
-    data = run.projection
-    ridge = data.shared.G.copy()
-    ridge.flat[:: ridge.shape[0] + 1] += run.normalised[0, 0] + 1e-9 * ridge.shape[0]
+    data = batch.data
+    ridge = data.G.copy()
+    ridge.flat[:: data.n + 1] += batch.normalised[0, 0] + 1e-9 * data.n
     explained = np.einsum("pn,np->p", data.C, np.linalg.solve(ridge, data.C.T))
     if decision is Decision.EXPLAINED_SHARE:
         return np.asarray(1.0 - explained / np.where(data.sound, data.targets, 1.0))
@@ -61,14 +85,14 @@ def _spread(order: Int[np.ndarray, " p"], samples: int) -> Int[np.ndarray, " k"]
     return np.concatenate([order[:front], order[rest]])
 
 
-def _predict(run: Run, known: Int[np.ndarray, " k"], others: Int[np.ndarray, " r"]) -> None:
+def _predict(batch: BatchSolver, known: Int[np.ndarray, " k"], others: Int[np.ndarray, " r"]) -> None:
     """Bound the other templates by points that are predicted from the known ones."""
-    began, data, batch = time.perf_counter(), run.projection, run.batch
-    n = data.C.shape[1]
-    given = np.hstack([data.C, np.ones((data.C.shape[0], 1))])
-    found = np.hstack([batch.W[known], batch.Q[known]])
+    began, data, reduced = time.perf_counter(), batch.data, batch.reduced
+    given = np.hstack([data.C, np.ones((data.p, 1))])
+    found = np.hstack([reduced.W[known], reduced.Q[known]])
     predicted = given[others] @ np.linalg.lstsq(given[known], found, rcond=None)[0]
-    W, Q = (np.ascontiguousarray(part) for part in (predicted[:, :n], predicted[:, n:]))
-    T = np.tile(batch.T[known].mean(axis=0), (others.size, 1))
-    run.solving += time.perf_counter() - began
-    run.prove(others, Batch(W, T, Q, np.zeros(others.size, dtype=np.int64)), thorough=False)
+    W, Q = (np.ascontiguousarray(part) for part in np.hsplit(predicted, [data.n]))
+    T = np.tile(reduced.T[known].mean(axis=0), (others.size, 1))
+    guessed = Batch(W, T, Q, np.zeros(others.size, dtype=np.int64), np.full((others.size, 2), np.nan))
+    batch.solving += time.perf_counter() - began
+    batch.prove(others, guessed, thorough=False)

@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from convexperc.errors import ProblemError
+from convexperc.certificate.data_bounds import Intervals
+from convexperc.errors import TemplateNameError
 from convexperc.problem.arrays import FeatureVector, Vector, euclidean_length
-from convexperc.recognition.decision import Decision, Intervals, costs
+from convexperc.recognition.decision import Decision, costs
 from convexperc.solution.answers import Answers
 from convexperc.solution.solution import Solution, Status
 
@@ -162,18 +163,19 @@ class Recognition:
     @property
     def templates(self) -> tuple[Template, ...]:
         """All templates, in the order given."""
-        excluded, (lower, upper) = self.excluded.tolist(), self.costs
-        return tuple(
-            Template(name, self.answers, j, excluded[j], (float(lower[j]), float(upper[j])))
-            for j, name in enumerate(self.names)
-        )
+        excluded, bounds = self.excluded, self.costs
+        return tuple(self._template(j, excluded, bounds) for j in range(len(self.names)))
 
     def template(self, name: str | None = None) -> Template:
         """One template by its name; without one, the first candidate."""
         wanted = self.candidates[0] if name is None else name
         if wanted not in self.names:
-            raise ProblemError("template", value=wanted, must=f"must be one of {list(self.names)}")
-        return self.templates[self.names.index(wanted)]
+            raise TemplateNameError("template", value=wanted, must=f"must be one of {list(self.names)}")
+        return self._template(self.names.index(wanted), self.excluded, self.costs)
+
+    def _template(self, j: int, excluded: Bool[np.ndarray, " p"], bounds: Intervals) -> Template:
+        cost = float(bounds[0][j]), float(bounds[1][j])
+        return Template(self.names[j], self.answers, j, bool(excluded[j]), cost)
 
     def ranked_views(self, name: str | None = None) -> tuple[Ranked, ...]:
         """Robots by |w_i|, largest first, for one template (default: the first candidate)."""
@@ -183,7 +185,7 @@ class Recognition:
     def ranked_modalities(self, name: str | None = None) -> tuple[Ranked, ...]:
         """Modalities by ||u^i||_2, largest first, for one template (default: the first candidate)."""
         template = self.template(name)
-        names = self.answers.projection.modalities.names
+        names = self.answers.data.views.modalities.names
         return _ranked(names, template.modality_norms, self.answers.zero_modalities[template.index])
 
 
@@ -197,12 +199,12 @@ def _ranked(
 
 
 def cost_bounds(answers: Answers, decision: Decision) -> Intervals:
-    """Bound what decides; squared lengths that the projection does not bound are computed one by one."""
-    data = answers.projection
-    least, most = (bound.copy() for bound in data.squares)
+    """Bound what decides; squared lengths that the reduced data do not bound are computed one by one."""
+    data = answers.data
+    least, most = (bound.copy() for bound in answers.bounds.squares)
     if decision is Decision.EXPLAINED_SHARE:
         for j in (~data.sound).nonzero()[0].tolist():
-            length = euclidean_length(data.template(j))
+            length = euclidean_length(data.library.template(j))
             if length == 0.0 or SHORT < length < 1.0 / SHORT:
                 least[j], most[j] = length**2 * (1.0 - SLACK), length**2 * (1.0 + SLACK)
     return costs(decision, (answers.lower, answers.upper), (least, most))

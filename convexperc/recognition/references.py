@@ -1,28 +1,23 @@
 """From pictures to recognition: references prepared once, then each set of views recognised against them."""
 
-import json
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import as_file, files
-from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 from jaxtyping import Float, UInt8
 
 from convexperc.errors import ImageError, InputError
-from convexperc.features import FeatureConfiguration
+from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.extraction import extract
 from convexperc.features.pictures import list_images, read_image
-from convexperc.recognition.decision import Decision
-from convexperc.recognition.label import recognize
+from convexperc.problem.library import TemplateLibrary
+from convexperc.recognition.label import Options, recognize
 from convexperc.recognition.recognition import Recognition
-from convexperc.solvers.interface import Solver
 
-Named = Mapping[str, UInt8[np.ndarray, "_ _ 3"]]
+NamedPictures = Mapping[str, UInt8[np.ndarray, "_ _ 3"]]
 """Pictures by name, each of its own size."""
 
 
@@ -32,20 +27,17 @@ class References:
 
     Attributes
     ----------
-    names : tuple of str
-        At least two, all different.
-    O : float64 (d, k), read-only
-        Column j describes the object ``names[j]``.
+    library : TemplateLibrary
+        At least two objects; column j of its O describes the object ``names[j]``.
     configuration : FeatureConfiguration
-        How `O` was made, and how the views will be described.
+        How the library was made, and how the views will be described.
     """
 
-    names: tuple[str, ...]
-    O: Float[np.ndarray, "d k"]  # noqa: E741 - the paper's symbol
+    library: TemplateLibrary
     configuration: FeatureConfiguration
 
     @classmethod
-    def of(cls, pictures: Named, configuration: FeatureConfiguration) -> "References":
+    def of(cls, pictures: NamedPictures, configuration: FeatureConfiguration) -> "References":
         """Describe each object's picture.
 
         Parameters
@@ -65,27 +57,22 @@ class References:
             raise InputError("references", value=list(pictures), must=must, remedy=remedy)
         columns = extract(pictures.values(), configuration).T
         columns.flags.writeable = False
-        return cls(tuple(pictures), columns, configuration)
+        sizes = configuration.modality_sizes
+        library = TemplateLibrary.of(columns, names=tuple(pictures), modalities=sizes)
+        return cls(library, configuration)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the objects, all different."""
+        return self.library.names
+
+    @property
+    def O(self) -> Float[np.ndarray, "d p"]:  # noqa: E743, N802 - the paper's symbol
+        """Reference features, one column an object."""
+        return np.asarray(self.library.O)
 
 
-@dataclass(frozen=True, eq=False)
-class SampleScene:
-    """One scene of the sample that the package carries.
-
-    Attributes
-    ----------
-    name : str
-        Also the name of the object that the views show.
-    references, views : mapping of str to uint8 (h, w, 3)
-        A picture of each object; a picture from each robot.
-    """
-
-    name: str
-    references: Named
-    views: Named
-
-
-def read_pictures(folder: str | os.PathLike[str]) -> Named:
+def read_pictures(folder: str | os.PathLike[str]) -> NamedPictures:
     """Read all pictures of a folder, sorted by file name; each is named by its stem.
 
     Raises
@@ -107,17 +94,14 @@ def read_pictures(folder: str | os.PathLike[str]) -> Named:
 
 
 def perceive(
-    views: Named,
+    views: NamedPictures,
     references: References,
     *,
     lambda1: float,
     lambda2: float,
     lambda3: float,
-    solver: Solver | None = None,
-    prune: bool = True,
     start: Recognition | None = None,
-    decision: Decision | str = Decision.OBJECTIVE,
-    progress: Callable[[str], None] | None = None,
+    **options: Unpack[Options],
 ) -> Recognition:
     """Recognise the object that the views show.
 
@@ -126,7 +110,7 @@ def perceive(
     views : mapping of str to uint8 (h, w, 3)
         Each robot's name and picture; one view is enough.
     references : References
-    lambda1, lambda2, lambda3, solver, prune, start, decision, progress
+    lambda1, lambda2, lambda3, start, **options
         See `recognize`.
 
     Returns
@@ -137,66 +121,16 @@ def perceive(
     ------
     FeatureError
         No view at all.
-    ProblemError, SolverError
+    ProblemError, DecisionError, ToleranceError, StartError, SolverError
         See `recognize`.
     """
     return recognize(
         extract(views.values(), references.configuration),
-        references.O,
-        names=references.names,
+        references.library,
         lambda1=lambda1,
         lambda2=lambda2,
         lambda3=lambda3,
-        modalities=references.configuration.modality_sizes,
         views=tuple(views),
-        solver=solver,
-        prune=prune,
         start=start,
-        decision=decision,
-        progress=progress,
+        **options,
     )
-
-
-def sample_names() -> tuple[str, ...]:
-    """Names of the sample's scenes."""
-    return tuple(_sample())
-
-
-def sample_scene(name: str) -> SampleScene:
-    """Read one scene of the sample.
-
-    Raises
-    ------
-    InputError
-        There is no such scene.
-    """
-    scenes = _sample()
-    if name not in scenes:
-        raise InputError("scene", value=name, must=f"must be one of {', '.join(scenes)}")
-    views = ((view["name"], view["file"]) for view in scenes[name]["views"])
-    references = ((known["object"], known["file"]) for known in _manifest()["references"])
-    return SampleScene(name, _pictures(references), _pictures(views))
-
-
-def _sample() -> dict[str, dict[str, Any]]:
-    """The sample's scenes by name."""
-    return {scene["name"]: scene for scene in _manifest()["scenes"]}
-
-
-@cache
-def _manifest() -> dict[str, Any]:
-    """What the sample says of itself."""
-    record: dict[str, Any] = json.loads((_folder() / "manifest.json").read_text(encoding="utf-8"))
-    return record
-
-
-def _folder() -> Traversable:
-    return files("convexperc").joinpath("sample")
-
-
-def _pictures(named: Iterable[tuple[str, str]]) -> Named:
-    pictures = {}
-    for name, place in named:
-        with as_file(_folder().joinpath(*place.split("/"))) as path:
-            pictures[name] = read_image(path)
-    return pictures

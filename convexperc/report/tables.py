@@ -105,7 +105,7 @@ def show_terms(out: Console, found: "Certificate") -> None:
 
 
 def show_facts(out: Console, title: str, facts: Iterable[tuple[str, str]]) -> None:
-    """Named facts, one below the other; a long one folds."""
+    """NamedPictures facts, one below the other; a long one folds."""
     grid = Table.grid(padding=(0, 2))
     grid.add_column(no_wrap=True)
     grid.add_column(overflow="fold")

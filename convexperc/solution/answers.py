@@ -1,22 +1,26 @@
-"""The answers to all templates of one frame, with what is proved of each; large vectors only on demand."""
+"""The answers to all templates of one set of views, with what is proved of each; large vectors only on demand."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from convexperc.certificate.lasso import is_lasso
+from convexperc.certificate.data_bounds import DataBounds
+from convexperc.certificate.reduced import Bounds
+from convexperc.certificate.tolerances import Tolerances
 from convexperc.problem.arrays import FeatureVector
-from convexperc.problem.library import Projection
+from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
-from convexperc.problem.scaling import Scaling
-from convexperc.solution.single import solve
-from convexperc.solution.solution import Solution, Status
+from convexperc.problem.reduced import ReducedData
+from convexperc.solution.single import certified, solve
+from convexperc.solution.solution import Solution, Status, Timings
 from convexperc.solvers.interface import SolverResult
 from convexperc.solvers.newton.method import Batch, Newton
+
+Found = TypeVar("Found", bound=np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -52,40 +56,30 @@ class Answers:
 
     Attributes
     ----------
-    projection : Projection
-        The data; it refers to the templates as given.
-    lambdas : (float, float, float)
-    w : float64 (p, n)
-    modality_norms : float64 (p, m)
-        ||u^i||_2, to rounding.
+    bounds : DataBounds
+        The data with bounds of their rounding; it refers to the templates as given.
+    penalties : Penalties
+    tolerances : Tolerances
     lower, upper, gap : float64 (p,)
         lower <= F* <= upper and F(w, u) - F* <= gap, proved.
-    zero_views : bool (p, n)
-        True where w*_j = 0 is proved of every optimal w*.
-    zero_modalities : bool (p, m)
-        True where u*^i = 0 is proved of every optimal u*.
-    batch : Batch
-        The reduced answers, normalised, from which u is recovered.
+    reduced : Batch
+        The reduced answers, normalised, from which w and u are recovered.
+    proved : Bounds
+        What is proved of the reduced answers, normalised.
     singles : mapping of int to Solution
         Templates that the reduced data could not certify, or that a named solver answered, one by one.
-    relative_tolerance, absolute_tolerance : float
-        See `convexperc.certificate.certificate.Certificate`.
     stages : Stages
     """
 
-    projection: Projection
-    lambdas: tuple[float, float, float]
-    w: Float[np.ndarray, "p n"]
-    modality_norms: Float[np.ndarray, "p m"]
+    bounds: DataBounds
+    penalties: Penalties
+    tolerances: Tolerances
     lower: Float[np.ndarray, " p"]
     upper: Float[np.ndarray, " p"]
     gap: Float[np.ndarray, " p"]
-    zero_views: Bool[np.ndarray, "p n"]
-    zero_modalities: Bool[np.ndarray, "p m"]
-    batch: Batch
+    reduced: Batch
+    proved: Bounds
     singles: Mapping[int, Solution]
-    relative_tolerance: float
-    absolute_tolerance: float
     stages: Stages = field(repr=False)
 
     def __post_init__(self) -> None:
@@ -104,34 +98,74 @@ class Answers:
         return self.lower.size
 
     @property
+    def data(self) -> ReducedData:
+        """The views and the templates."""
+        return self.bounds.data
+
+    @property
+    def lambdas(self) -> tuple[float, float, float]:
+        """(lambda1, lambda2, lambda3)."""
+        one, two, three = self.penalties
+        return one, two, three
+
+    @cached_property
+    def w(self) -> Float[np.ndarray, "p n"]:
+        """Weights of the views."""
+        found = np.ldexp(self.reduced.W, self.data.exponents[:, None] - self.data.x)
+        for j, solution in self.singles.items():
+            found[j] = solution.w
+        return _frozen(found)
+
+    @cached_property
+    def modality_norms(self) -> Float[np.ndarray, "p m"]:
+        """||u^i||_2, to rounding."""
+        found = np.ldexp(self.proved.modality_norms, self.data.exponents[:, None] - 2 * self.data.x)
+        for j, solution in self.singles.items():
+            found[j] = solution.modality_norms
+        return _frozen(found)
+
+    @cached_property
+    def zero_views(self) -> Bool[np.ndarray, "p n"]:
+        """True where w*_j = 0 is proved of every optimal w*."""
+        found = self.proved.zero_views.copy()
+        for j, solution in self.singles.items():
+            found[j] = solution.certificate.zero_views
+        return _frozen(found)
+
+    @cached_property
+    def zero_modalities(self) -> Bool[np.ndarray, "p m"]:
+        """True where u*^i = 0 is proved of every optimal u*."""
+        found = self.proved.zero_modalities.copy()
+        for j, solution in self.singles.items():
+            found[j] = solution.certificate.zero_modalities
+        return _frozen(found)
+
+    @cached_property
     def iterations(self) -> Int[np.ndarray, " p"]:
         """Steps of the solver on each template."""
-        counts = self.batch.iterations.copy()
+        found = self.reduced.iterations.copy()
         for j, solution in self.singles.items():
-            counts[j] = solution.iterations
-        return np.asarray(counts)
+            found[j] = solution.iterations
+        return _frozen(found)
 
     @cached_property
     def certified(self) -> Bool[np.ndarray, " p"]:
         """Whether the gap of (w, u) is within the tolerances."""
-        close = self._within(self.gap)
+        found = self._met(self.gap)
         for j, solution in self.singles.items():
-            close[j] = solution.certificate.certified
-        close.flags.writeable = False
-        return close
+            found[j] = solution.certificate.certified
+        return _frozen(found)
 
     @cached_property
     def enclosed(self) -> Bool[np.ndarray, " p"]:
         """Whether [lower, upper] is as narrow as the tolerances ask, whatever the point is."""
-        close = np.asarray(self.certified | self._within(self.upper - self.lower))
+        found = self.certified | self._met(self.upper - self.lower)
         for j, solution in self.singles.items():
-            close[j] = solution.certificate.enclosed
-        close.flags.writeable = False
-        return close
+            found[j] = solution.certificate.enclosed
+        return _frozen(found)
 
-    def _within(self, gaps: Float[np.ndarray, " p"]) -> Bool[np.ndarray, " p"]:
-        tolerances = self.relative_tolerance, self.absolute_tolerance
-        return within(gaps, self.lower, self.projection.squares[0], tolerances)
+    def _met(self, widths: Float[np.ndarray, " p"]) -> Bool[np.ndarray, " p"]:
+        return np.asarray(self.tolerances.met(widths, self.lower, self.bounds.squares[0]))
 
     def status(self, j: int) -> Status:
         """What is known of template j."""
@@ -141,15 +175,15 @@ class Answers:
 
     def problem(self, j: int) -> Problem:
         """Template j's problem as given."""
-        return self.projection.problem(j, self.lambdas)
+        return self.data.problem(j, self.penalties)
 
     def u(self, j: int) -> FeatureVector:
         """Recover the feature weights of template j: u^i = t_i X_i' q."""
         if j in self.singles:
             return self.singles[j].u
-        data = self.projection
-        u = data.reduction.recover(self.batch.T[j], self.batch.Q[j])
-        return np.asarray(np.ldexp(u, int(data.exponents[j]) - 3 * data.x))
+        scaling = self.data.scaling(j)
+        u = self.data.views.reduction.recover(self.reduced.T[j], self.reduced.Q[j])
+        return np.asarray(np.ldexp(u, scaling.o - 3 * scaling.x))
 
     def solution(self, j: int) -> Solution:
         """Template j's answer with a certificate of its own on the original data.
@@ -159,45 +193,26 @@ class Answers:
         if j in self.singles:
             return self.singles[j]
         problem = self.problem(j)
-        return solve(
-            problem,
-            _Known(self, j, problem) if self.certified[j] else None,
-            escalate=True,
-            relative_tolerance=self.relative_tolerance,
-            absolute_tolerance=self.absolute_tolerance,
+        if not self.certified[j]:
+            relative, absolute = self.tolerances.relative, self.tolerances.absolute
+            return solve(problem, relative_tolerance=relative, absolute_tolerance=absolute)
+        return certified(
+            problem, self.data.scaling(j), Newton().name, self._result(j, problem), self.tolerances,
+            escalate=True, timings=Timings(0.0, 0.0, 0.0),
+        )  # fmt: skip
+
+    def _result(self, j: int, problem: Problem) -> SolverResult:
+        """The reduced answer to template j as the solver's result, in units of its scaling."""
+        scaling, q = self.data.scaling(j), self.reduced.Q[j]
+        w, u = np.array(self.reduced.W[j]), self.data.recover(self.reduced.T[j], q)
+        X, o, _ = scaling.data(problem)
+        b = np.zeros_like(q) if self.penalties.uncoupled else -2.0 * q
+        return SolverResult(
+            w, u, "answered in a batch", int(self.reduced.iterations[j]), (2.0 * (X.T @ w - o), b)
         )
 
 
-def within(
-    gaps: Float[np.ndarray, " p"],
-    lower: Float[np.ndarray, " p"],
-    target: Float[np.ndarray, " p"],
-    tolerances: tuple[float, float],
-) -> Bool[np.ndarray, " p"]:
-    """Whether each gap is at most a share of the lower bound of F*, or of that of ||o||^2."""
-    relative, absolute = tolerances
-    return np.asarray((gaps <= relative * lower) | (gaps <= absolute * target))
-
-
-@dataclass(frozen=True, eq=False)
-class _Known:
-    """A solver that knows one answer already."""
-
-    answers: Answers
-    j: int
-    problem: Problem
-
-    @property
-    def name(self) -> str:
-        return Newton().name
-
-    def solve(self, problem: Problem) -> SolverResult:
-        """The answer, in the units of the normalised problem."""
-        scaling, found = Scaling.of(self.problem), self.answers
-        w, u = scaling.point(np.array(found.w[self.j]), found.u(self.j))
-        shift = int(found.projection.exponents[self.j]) + found.projection.x - scaling.x - scaling.o
-        b = np.ldexp(-2.0 * found.batch.Q[self.j], shift)
-        if is_lasso(found.lambdas):
-            b[:] = 0.0
-        dual = 2.0 * (problem.X.T @ w - problem.o), b
-        return SolverResult(w, u, "stopped", int(found.batch.iterations[self.j]), dual)
+def _frozen(array: Found) -> Found:
+    """The same array, read-only."""
+    array.flags.writeable = False
+    return array

@@ -1,12 +1,203 @@
-"""All templates of one frame at once, for one choice of the lambdas or for many."""
+"""All templates of one set of views at once, for one choice of the lambdas or for many."""
 
+import time
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
-from convexperc.certificate.certificate import ABSOLUTE, RELATIVE
-from convexperc.problem.library import Projection
-from convexperc.solution.answers import Answers
-from convexperc.solution.run import Run, read_lambdas
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from convexperc.certificate.data_bounds import DataBounds, Points
+from convexperc.certificate.reduced import Bounds
+from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
+from convexperc.errors import StartError
+from convexperc.problem.penalties import Penalties
+from convexperc.problem.reduced import ReducedData
+from convexperc.solution.answers import Answers, Stages
+from convexperc.solution.single import solve
+from convexperc.solution.solution import Solution
+from convexperc.solvers.interface import Solver
+from convexperc.solvers.newton.loop import Pruning
+from convexperc.solvers.newton.method import Batch, Newton, Start, lassos
+
+SOLVER_PART = 0.3
+"""Part of the relative tolerance that the solver is asked for; the rest is left to rounding."""
+LEAST_TOLERANCE = 1e-13
+"""Relative gap below which the solver is not asked to go: float64 seldom shows a smaller one."""
+MOST_LAMBDA2, MOST_LAMBDA3 = 4.0, 8.0
+"""Normalised lambda2, and lambda3 a view, beyond which w = 0 or u = 0; see `Scaling.normalise`."""
+
+Chosen = Int[np.ndarray, " chosen"]
+
+
+@dataclass
+class BatchSolver:
+    """p templates under way: which are solved, and what is proved of each so far.
+
+    Attributes
+    ----------
+    bounds : DataBounds
+    penalties : Penalties
+    tolerances : Tolerances
+    normalised : float64 (p, 3)
+        The lambdas in each template's own units.
+    ready : bool (p,)
+        Where the reduced data may be used; the others are for `fall_back`.
+    reduced : Batch
+        Normalised answers.
+    proved : Bounds
+        Of these, normalised.
+    warm : bool
+        Whether `reduced` holds a start.
+    singles : dict of int to Solution
+        Answers on the original data.
+    solving, proving, falling_back : float
+        Seconds.
+    """
+
+    bounds: DataBounds
+    penalties: Penalties
+    tolerances: Tolerances
+    normalised: Float[np.ndarray, "p 3"]
+    ready: Bool[np.ndarray, " p"]
+    reduced: Batch
+    proved: Bounds
+    warm: bool
+    singles: dict[int, Solution] = field(default_factory=dict)
+    solving: float = 0.0
+    proving: float = 0.0
+    falling_back: float = 0.0
+
+    @classmethod
+    def of(
+        cls, bounds: DataBounds, penalties: Penalties, tolerances: Tolerances, start: Answers | None = None
+    ) -> "BatchSolver":
+        """Nothing is solved yet; `start` gives the first (w, t) of every template.
+
+        Raises
+        ------
+        StartError
+            `start` is of another size.
+        """
+        data = bounds.data
+        (p, n), m = data.C.shape, data.m
+        reduced = Batch(
+            np.zeros((p, n)), np.zeros((p, m)), np.zeros((p, n)), np.zeros(p, dtype=np.int64),
+            np.full((p, 2), np.nan),
+        )  # fmt: skip
+        batch = cls(
+            bounds, penalties, tolerances, data.normalised(penalties), bounds.usable(penalties), reduced,
+            Bounds.unknown(p, n, m), start is not None,
+        )  # fmt: skip
+        if start is not None:
+            batch._start_from(start)
+        return batch
+
+    @property
+    def data(self) -> ReducedData:
+        """The views and the templates."""
+        return self.bounds.data
+
+    def _start_from(self, start: Answers) -> None:
+        sizes = self.reduced.W.shape, self.reduced.T.shape
+        if (start.w.shape, start.modality_norms.shape) != sizes:
+            must = f"must be answers of {sizes[0]} views and {sizes[1]} modalities"
+            found = start.w.shape, start.modality_norms.shape
+            raise StartError("start", value=found, must=must, remedy="Start anew.")
+        x, k = self.data.x, self.data.exponents[:, None]
+        with np.errstate(over="ignore", under="ignore", divide="ignore", invalid="ignore"):
+            W = np.ldexp(start.w, x - k)
+            T = 2.0 * np.ldexp(start.modality_norms, 2 * x - k) / self.normalised[:, 2:]
+        self.reduced.W[:] = np.where(np.isfinite(W), W, 0.0)
+        self.reduced.T[:] = np.where(np.isfinite(T), T, 0.0)
+
+    def advance(self, chosen: Chosen, pruning: Pruning | None = None) -> None:
+        """Solve the chosen templates from the reduced data, and prove what can be proved.
+
+        With `pruning`, one that is seen to lie above its ceiling, or above an earlier one, is given up.
+        """
+        if chosen.size == 0:
+            return
+        began = time.perf_counter()
+        found = self._lassos(chosen) if self.penalties.uncoupled else self._newton(chosen, pruning)
+        self.solving += time.perf_counter() - began
+        self.prove(chosen, found)
+
+    def _newton(self, chosen: Chosen, pruning: Pruning | None) -> Batch:
+        """Newton's answers to the chosen templates; lambdas beyond which nothing changes are cut."""
+        data = self.data
+        start = Start(self.reduced.W[chosen], self.reduced.T[chosen]) if self.warm else None
+        solver = Newton(tolerance=max(SOLVER_PART * self.tolerances.relative, LEAST_TOLERANCE))
+        lambdas = np.minimum(self.normalised[chosen], [np.inf, MOST_LAMBDA2, MOST_LAMBDA3 * data.n])
+        return solver.batch(data.G, data.K, data.C[chosen], data.targets[chosen], lambdas, start, pruning)
+
+    def _lassos(self, chosen: Chosen) -> Batch:
+        """The answers where the coupling costs nothing."""
+        distinct, lambdas = self.bounds.distinct, self.normalised[chosen]
+        C = distinct.merged(self.data.C[chosen])
+        W, Q = (distinct.spread(part) for part in lassos(distinct.shared.G, C, distinct.counts, lambdas))
+        T = np.full((chosen.size, self.data.m), 1.0 if lambdas[:, 0].any() else 0.0)
+        return Batch(W, T, Q, np.ones(chosen.size, dtype=np.int64), np.full((chosen.size, 2), np.nan))
+
+    def prove(self, chosen: Chosen, found: Batch, *, thorough: bool = True) -> None:
+        """Keep what is found for the chosen templates together with its bounds.
+
+        Without `thorough`, the first dual point is tried alone.
+        """
+        began, tolerances = time.perf_counter(), self.tolerances if thorough else None
+        points = Points(found.W, found.T, found.Q)
+        for mine, new in zip(
+            self.proved, self.bounds.of_points(chosen, self.penalties, points, tolerances), strict=True
+        ):
+            mine[chosen] = new
+        for name in ("W", "T", "Q", "iterations", "gaps"):
+            getattr(self.reduced, name)[chosen] = getattr(found, name)
+        self._changed()
+        self.proving += time.perf_counter() - began
+
+    def finish(self) -> None:
+        """Solve every template to the end."""
+        self.advance(self.ready.nonzero()[0])
+        self.fall_back((~self.answers.certified).nonzero()[0])
+
+    def fall_back(self, chosen: Chosen, solver: Solver | None = None, *, escalate: bool = True) -> None:
+        """Solve the chosen templates one by one, on the original data; the views' Gram matrices are shared."""
+        if chosen.size == 0:
+            return
+        began, tolerances = time.perf_counter(), self.tolerances
+        for j in chosen.tolist():
+            self.singles[j] = solve(
+                self.data.problem(j, self.penalties),
+                solver,
+                escalate=escalate,
+                relative_tolerance=tolerances.relative,
+                absolute_tolerance=tolerances.absolute,
+            )
+        self._changed()
+        self.falling_back += time.perf_counter() - began
+
+    @cached_property
+    def answers(self) -> Answers:
+        """Everything that is known so far, on the original data; powers of two in the safe range are exact."""
+        shift, proved = 2 * self.data.exponents, self.proved
+        lower, upper, gap = (np.ldexp(x, shift) for x in (proved.lower, proved.upper, proved.gap))
+        if not self.ready.all():
+            lower[~self.ready], upper[~self.ready], gap[~self.ready] = 0.0, np.inf, np.inf
+        upper = np.minimum(upper, self.bounds.squares[1])
+        for j, solution in self.singles.items():
+            proof = solution.certificate
+            lower[j], upper[j], gap[j] = proof.lower, proof.upper, proof.gap
+        stages = Stages(self.data.seconds, self.solving, self.proving, self.falling_back)
+        return Answers(
+            self.bounds, self.penalties, self.tolerances, lower, upper, gap, self.reduced, proved,
+            self.singles, stages,
+        )  # fmt: skip
+
+    def _changed(self) -> None:
+        """Forget the answers of before."""
+        self.__dict__.pop("answers", None)
 
 
 def solve_many(
@@ -27,15 +218,15 @@ def solve_many(
     ----------
     X : array_like (n, d)
         Row i is robot i's feature vector.
-    O : array_like (d, p)
-        Column j is template j's reference features. It is read block by block and not copied: it may be
-        memory-mapped.
+    O : TemplateLibrary, array_like (d, p), or mapping of str to array_like (d,)
+        Column j is template j's reference features. An array is read block by block and not copied: it may
+        be memory-mapped. A library is checked and measured once, for any number of calls.
     lambda1, lambda2, lambda3 : real number
-    modalities : see `Modalities.of`
+    modalities : see `Modalities.of`; those of the library without
     start : Answers, optional
-        Earlier answers to as many templates, robots and modalities: of the last frame, or other lambdas.
+        Earlier answers to as many templates, robots and modalities: to earlier views, or for other lambdas.
     relative_tolerance, absolute_tolerance : float
-        See `convexperc.certificate.certificate.Certificate`.
+        See `convexperc.certificate.Tolerances`.
 
     Returns
     -------
@@ -45,36 +236,44 @@ def solve_many(
     ------
     ProblemError, ModalityError
         As `Problem` on X and each column of O.
+    ToleranceError, StartError
+        See `Tolerances`; `start` is of another size.
     """
-    projection = Projection.of(X, O, modalities)
-    lambdas = read_lambdas(lambda1, lambda2, lambda3)
-    run = Run.of(projection, lambdas, relative_tolerance, absolute_tolerance, start)
-    run.finish()
-    return run.answers()
+    bounds = DataBounds.of(ReducedData.of(X, O, modalities))
+    penalties = Penalties(lambda1, lambda2, lambda3)
+    batch = BatchSolver.of(bounds, penalties, Tolerances(relative_tolerance, absolute_tolerance), start)
+    batch.finish()
+    return batch.answers
 
 
 def solve_path(
     X: Any,
     O: Any,  # noqa: E741 - the paper's symbol
-    grid: Iterable[tuple[Any, Any, Any]],
+    grid: Iterable[Penalties | tuple[Any, Any, Any]],
     *,
     modalities: Any = None,
     relative_tolerance: float = RELATIVE,
     absolute_tolerance: float = ABSOLUTE,
 ) -> Iterator[Answers]:
-    """`solve_many` for each (lambda1, lambda2, lambda3) of a grid; the data are read once.
+    """`solve_many` for each choice of the lambdas in a grid; the data are read once.
 
     Each answer starts the next, so an order in which neighbours follow each other is the fastest.
+
+    Parameters
+    ----------
+    X, O, modalities, relative_tolerance, absolute_tolerance
+        See `solve_many`.
+    grid : iterable of Penalties or (lambda1, lambda2, lambda3)
 
     Yields
     ------
     Answers
         In the order of the grid.
     """
-    projection = Projection.of(X, O, modalities)
-    last = None
+    bounds, last = DataBounds.of(ReducedData.of(X, O, modalities)), None
+    tolerances = Tolerances(relative_tolerance, absolute_tolerance)
     for triple in grid:
-        run = Run.of(projection, read_lambdas(*triple), relative_tolerance, absolute_tolerance, last)
-        run.finish()
-        last = run.answers()
+        batch = BatchSolver.of(bounds, Penalties.of(triple), tolerances, last)
+        batch.finish()
+        last = batch.answers
         yield last

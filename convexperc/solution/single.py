@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from convexperc.certificate.certificate import ABSOLUTE, RELATIVE, Certificate, Judge
+from convexperc.certificate.certificate import Certificate, Certifier
+from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.enclosure import certify_in_balls, enclose, finite_start
 from convexperc.errors import SolverError
 from convexperc.problem.arrays import FeatureVector, Vector
@@ -44,9 +45,9 @@ def solve(
 ) -> Solution:
     """Minimise F and prove how well.
 
-    The solver sees the exactly normalised problem; its answer is scaled back exactly and judged on the data
-    as given. Entries that are proved to be 0 are set to 0. Where w = u = 0 is at least as good, by proof,
-    that is the answer.
+    The solver sees the exactly normalised problem; its answer is scaled back exactly and certified on the
+    data as given. Entries that are proved to be 0 are set to 0. Where w = u = 0 is at least as good, by
+    proof, that is the answer.
 
     Parameters
     ----------
@@ -54,10 +55,10 @@ def solve(
     solver : Solver, optional
         `Newton` without: compiled on its first use, which takes some seconds once for an installation.
     escalate : bool, optional
-        Where the solver's answer is not certified, answer by `convexperc.enclosure.enclosure` instead; the solution's
+        Where the solver's answer is not certified, answer by `convexperc.enclosure` instead; the solution's
         `solver` then says so. Without: yes if no solver is named, no if the answer of a named one is wanted.
     relative_tolerance, absolute_tolerance : float
-        See `convexperc.certificate.certificate.Certificate`.
+        See `convexperc.certificate.Tolerances`.
 
     Returns
     -------
@@ -66,59 +67,90 @@ def solve(
 
     Raises
     ------
+    ToleranceError
+        A tolerance is no finite number >= 0.
     SolverError, ArithmeticError, numpy.linalg.LinAlgError
         The solver gave no point at all, and `escalate` is false.
     """
+    tolerances = Tolerances(relative_tolerance, absolute_tolerance)
     if escalate is None:
         escalate = solver is None
     solver = Newton() if solver is None else solver
     start = time.perf_counter()
     scaling = Scaling.of(problem)
     normal = scaling.normalise(problem)
-    judge = Judge.of(
-        problem, scaling, relative_tolerance=relative_tolerance, absolute_tolerance=absolute_tolerance
-    )
     normalised = time.perf_counter()
     try:
         with np.errstate(all="ignore"):
-            candidate = solver.solve(normal)
+            result = solver.solve(normal)
     except (SolverError, ArithmeticError, np.linalg.LinAlgError) as failure:
         if not escalate:
             raise
         reason = failure.value if isinstance(failure, SolverError) else failure
         nothing = np.zeros(problem.n), np.zeros(problem.d)
-        candidate = SolverResult(*nothing, f"failed: {reason}", 0)
-    solved = time.perf_counter()
-    name, answer = solver.name, _judge(judge, candidate)
+        result = SolverResult(*nothing, f"failed: {reason}", 0)
+    timings = Timings(normalised - start, time.perf_counter() - normalised, 0.0)
+    return certified(problem, scaling, solver.name, result, tolerances, escalate=escalate, timings=timings)
+
+
+def certified(
+    problem: Problem,
+    scaling: Scaling,
+    solver: str,
+    result: SolverResult,
+    tolerances: Tolerances,
+    *,
+    escalate: bool,
+    timings: Timings,
+) -> Solution:
+    """Certify a solver's result on the problem as given; ball arithmetic where that misses and `escalate` is set.
+
+    Parameters
+    ----------
+    problem : Problem
+    scaling : Scaling
+        How the problem was normalised for the solver.
+    solver : str
+        The solver's name.
+    result : SolverResult
+        In normalised units.
+    tolerances : Tolerances
+    escalate : bool
+    timings : Timings
+        Of what was done before.
+
+    Returns
+    -------
+    Solution
+    """
+    began = time.perf_counter()
+    answer = _best(Certifier.of(problem, scaling, tolerances=tolerances), result)
     if escalate and not answer.certificate.certified:
-        name, answer = f"{name}, then ball arithmetic", _escalate(problem, answer)
-    done = time.perf_counter()
+        solver, answer = f"{solver}, then ball arithmetic", _escalate(problem, answer)
     w, u = answer.w, answer.u
     w.flags.writeable = u.flags.writeable = False
-    timings = Timings(normalised - start, solved - normalised, done - solved)
-    return Solution(
-        problem, w, u, answer.certificate, name, candidate.solver_status, candidate.iterations, timings
-    )
+    took = Timings(timings.normalise, timings.solve, time.perf_counter() - began)
+    return Solution(problem, w, u, answer.certificate, solver, result.solver_status, result.iterations, took)
 
 
-def _judge(judge: Judge, candidate: SolverResult) -> _Answer:
-    """Certify the candidate, the candidate with its proved zeros at 0, and the zero point; keep the best."""
-    problem, scaling = judge.problem, judge.scaling
-    w, u = scaling.point_back(candidate.w, candidate.u)
-    dual = None if candidate.dual is None else scaling.dual_back(*candidate.dual)
-    best = _Answer(w, u, judge.certificate(w, u, dual=dual))
+def _best(certifier: Certifier, result: SolverResult) -> _Answer:
+    """Certify the result, the result with its proved zeros at 0, and the zero point; keep the best."""
+    problem, scaling = certifier.problem, certifier.scaling
+    w, u = scaling.point_back(result.w, result.u)
+    dual = None if result.dual is None else scaling.dual_back(*result.dual)
+    best = _Answer(w, u, certifier.certificate(w, u, dual=dual))
     hint = _residual_dual(problem, w, u) if dual is None else dual
 
-    def judged(w: Vector, u: FeatureVector) -> _Answer:
-        return _Answer(w, u, judge.certificate(w, u, dual=hint))
+    def answer(w: Vector, u: FeatureVector) -> _Answer:
+        return _Answer(w, u, certifier.certificate(w, u, dual=hint))
 
     point = _with_zeros(problem, best)
     if point is not None:
-        sparse = judged(*point)
+        sparse = answer(*point)
         best = sparse if sparse.certificate.certified or sparse.better_than(best) else best
     if best.certificate.certified and best.certificate.objective[1] < CLEARLY_BELOW * best.certificate.target:
         return best
-    zero = judged(np.zeros(problem.n), np.zeros(problem.d))
+    zero = answer(np.zeros(problem.n), np.zeros(problem.d))
     return zero if zero.better_than(best) else best
 
 
@@ -141,7 +173,7 @@ def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVecto
 
 
 def _escalate(problem: Problem, answer: _Answer) -> _Answer:
-    """The better of two points, judged by ball arithmetic: the enclosure's own, and the answer's."""
+    """The better of two points, certified in ball arithmetic: the enclosure's own, and the answer's."""
     point = finite_start(answer.w, answer.u)
     found, before = enclose(problem, start=point), answer.certificate
     own = _Answer(found.w, found.u, certify_in_balls(problem, found, before))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from convexperc.certificate import certificate, duality, frame, primal, rounding
+from convexperc.certificate import certificate, duality, evaluation, rounding
 from convexperc.certificate import screening as optimum
 from convexperc.certificate.certificate import certify
 from convexperc.problem.problem import Problem
@@ -163,13 +163,13 @@ def together(*patches: Patch) -> Patch:
 
 def frame_with(**change: Callable[[tuple[float, float]], tuple[float, float]]) -> Patch:
     """A mutant whose normalised lambdas are wrong."""
-    original = frame.Frame.of
+    original = evaluation.NormalizedData.of
 
-    def of(problem: Problem, scaling: Any) -> frame.Frame:
+    def of(problem: Problem, scaling: Any) -> evaluation.NormalizedData:
         true = original(problem, scaling)
         return replace(true, **{name: rule(getattr(true, name)) for name, rule in change.items()})
 
-    return lambda patch: patch.setattr(frame.Frame, "of", of)
+    return lambda patch: patch.setattr(evaluation.NormalizedData, "of", of)
 
 
 def times(factor: float) -> Callable[[tuple[float, float]], tuple[float, float]]:
@@ -199,7 +199,7 @@ MUTANTS: dict[str, Patch] = {
         replaced(certificate, "up", rounding.down),
         replaced(certificate, "down", rounding.up),
     ),
-    "objective's bounds swapped": wrapped(primal, "objective_bounds", swapped),
+    "objective's bounds swapped": wrapped(evaluation, "objective_bounds", swapped),
     "dual value's bounds swapped": wrapped(certificate, "dual_value", lambda b: (b[1] * (1 + 1e-15), b[0])),
     "lambda2 halved": frame_with(lambda2=times(0.5)),
     "lambda3 halved": frame_with(lambda3=times(0.5)),
@@ -241,7 +241,7 @@ MUTANTS: dict[str, Patch] = {
 
 
 def test_where_the_search_ends_decides_nothing(bench: list[Judged], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(certificate.Judge, "_is_enough", lambda judge, gap, lower: True)
+    monkeypatch.setattr(certificate.Certifier, "_is_enough", lambda judge, gap, lower: True)
     found = contradictions(bench)
     assert not found, found
 

@@ -17,8 +17,8 @@ from convexperc import solve_many
 from convexperc.certificate import lasso as lasso_bounds
 from convexperc.certificate import reduced as reduced_bounds
 from convexperc.problem.formulation import objective
-from convexperc.problem.gram import Reduction
 from convexperc.problem.problem import Problem
+from convexperc.problem.reduction import Reduction
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
 from convexperc.solvers.newton.method import lassos
@@ -115,8 +115,9 @@ def answered(module: ModuleType, frame: Frame, gamma: float, signs: tuple[int, i
     if distinct.floor == 0.0:
         return None
     lambdas = np.array([frame.problem.lambdas])
-    batch = lassos(distinct, c, lambdas, 2)
-    W, Q, T = batch.W.copy(), batch.Q.copy(), batch.T.copy()
+    merged = lassos(distinct.shared.G, distinct.merged(c), distinct.counts, lambdas)
+    W, Q = (distinct.spread(part) for part in merged)
+    T = np.full((1, 2), float(lambdas[0, 0] > 0.0))
     if kind == 1:
         W *= 1.01
     if kind == 2:
@@ -125,7 +126,7 @@ def answered(module: ModuleType, frame: Frame, gamma: float, signs: tuple[int, i
         W[0, 0] += 0.05
     if kind == 4:  # where the first and the third view are equal, their sum stays
         W[0, 0], W[0, W.shape[1] // 2] = W[0, 0] + 2.0, W[0, W.shape[1] // 2] - 2.0
-    bounds = module.judge_merged(distinct, shared, c, target, lambdas, W, T, Q)
+    bounds = module.bound_merged(distinct, shared, c, target, lambdas, W, T, Q)
     value = float(objective(frame.problem, W[0], frame.reduction.recover(T[0], Q[0])))
     return bounds, value
 

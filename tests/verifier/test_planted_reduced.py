@@ -16,8 +16,8 @@ import pytest
 
 from convexperc.certificate import reduced as reduced_bounds
 from convexperc.problem.formulation import objective
-from convexperc.problem.gram import Reduction
 from convexperc.problem.problem import Problem
+from convexperc.problem.reduction import Reduction
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
 from convexperc.solvers.newton.method import Newton
@@ -77,7 +77,9 @@ def cases() -> Iterator[Case]:
         found = solve(problem, relative_tolerance=1e-10)
         assert found.status is Status.CERTIFIED
         reduction = Reduction.of(problem.X, problem.modalities)
-        batch = Newton().batch(reduction, (X @ o)[None], np.array([o @ o]), np.array([lambdas]))
+        batch = Newton().batch(
+            reduction.G, reduction.K, (X @ o)[None], np.array([o @ o]), np.array([lambdas])
+        )
         best = found.w, found.modality_norms
         for place, point in enumerate(points(rng, batch.W[0], batch.T[0], batch.Q[0])):
             yield Case(problem, found.certificate.lower, best, reduction, *point, place == 0)
@@ -123,7 +125,7 @@ def judged(module: ModuleType, case: Case, gamma: float, signs: tuple[int, int])
     shared, c, target = disturbed(module, case, gamma, signs)
     bounds = module.Bounds.unknown(1, case.problem.n, len(shared.K))
     data = c[None], np.array([target]), np.array([case.problem.lambdas])
-    module.judge(shared, *data, case.w[None], case.t[None], case.q[None], 1e-9, bounds)
+    module.bound_reduced(shared, *data, case.w[None], case.t[None], case.q[None], 1e-9, bounds)
     return bounds
 
 

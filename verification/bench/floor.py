@@ -8,7 +8,7 @@ from statistics import median
 
 import numpy as np
 
-from convexperc.problem.gram import Reduction
+from convexperc.problem.reduction import Reduction
 from convexperc.recognition.label import recognize
 from convexperc.recognition.recognition import Recognition, Verdict
 from convexperc.solvers.newton.method import Newton
@@ -130,7 +130,8 @@ def _floor_and_norms(instance: Instance) -> tuple[Reduction, np.ndarray, np.ndar
 
 
 def _solve(reduction: Reduction, C: np.ndarray, targets: np.ndarray, lambdas: Lambdas) -> None:
-    Newton(tolerance=TOLERANCE).batch(reduction, C, targets, np.tile(lambdas, (C.shape[0], 1)))
+    every = np.tile(lambdas, (C.shape[0], 1))
+    Newton(tolerance=TOLERANCE).batch(reduction.G, reduction.K, C, targets, every)
 
 
 def _summary(instance: Instance, lambdas: Lambdas) -> tuple[bool, int]:

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from convexperc.problem.arrays import Matrix, Vector
-from convexperc.problem.gram import Reduction
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.problem import Problem
+from convexperc.problem.reduction import Reduction
 
 LAMBDAS = ((0.1, 0.1, 0.1), (1.0, 0.1, 0.1), (1.0, 1.0, 0.1))
 """(lambda1, lambda2, lambda3) of every instance."""

@@ -19,7 +19,8 @@ from convexperc.features.extraction import extract
 from convexperc.features.pictures import resize
 from convexperc.recognition.label import recognize
 from convexperc.recognition.recognition import Verdict
-from convexperc.recognition.references import Named, References, perceive, sample_scene
+from convexperc.recognition.references import NamedPictures, References, perceive
+from convexperc.recognition.sample import sample_scene
 from verification.bench.instances import LAMBDAS, Lambdas
 
 SIZE = (240, 320)
@@ -113,7 +114,7 @@ def picture_times(
     return PictureTimes(preparation, tuple(frames), tuple(extractions), tuple(recognitions), proved)
 
 
-def eight_references() -> Named:
+def eight_references() -> NamedPictures:
     """The sample's three objects, two of them with other colours, and one negative."""
     known = {name: resize(picture, SIZE) for name, picture in sample_scene(LABEL).references.items()}
     recolored = {
@@ -124,7 +125,7 @@ def eight_references() -> Named:
     return {**known, **recolored, f"{NEGATED}, negative": 255 - known[NEGATED]}
 
 
-def six_views(frame: int) -> Named:
+def six_views(frame: int) -> NamedPictures:
     """The sample's five views and the mirror image of the first, panned by one pixel a frame."""
     seen = [resize(picture, SIZE) for picture in sample_scene(LABEL).views.values()]
     seen.append(seen[0][:, ::-1])

@@ -56,7 +56,8 @@ class Ours(Posed):
 
     def _batch(self, templates: slice) -> Batch:
         C, targets = self.instance.C[templates], self.instance.targets[templates]
-        return self.solver.batch(self.instance.reduced.reduction, C, targets, self.each[templates])
+        reduction = self.instance.reduced.reduction
+        return self.solver.batch(reduction.G, reduction.K, C, targets, self.each[templates])
 
     def _solve(self, template: int) -> tuple[Vector, Vector, Vector]:
         batch = self._batch(slice(template, template + 1))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.certificate import certificate, duality, frame, primal, rounding
+from convexperc.certificate import certificate, duality, evaluation, rounding
 from convexperc.certificate import screening as optimum
 from convexperc.certificate.certificate import Certificate
 from convexperc.problem.problem import Problem
@@ -19,14 +19,14 @@ EXACT = ("lambda2_lambda3_zero",)
 
 def frame_with(**factors: float) -> Plant:
     """Multiply the normalised lambdas that the judge sees."""
-    original = frame.Frame.of
+    original = evaluation.NormalizedData.of
 
-    def of(problem: Problem, scaling: Scaling) -> frame.Frame:
+    def of(problem: Problem, scaling: Scaling) -> evaluation.NormalizedData:
         true = original(problem, scaling)
         changed = {key: _times(factor, getattr(true, key)) for key, factor in factors.items()}
         return replace(true, **changed)
 
-    return replaced(frame.Frame, "of", of)
+    return replaced(evaluation.NormalizedData, "of", of)
 
 
 def _times(factor: float, bounds: tuple[float, float]) -> Any:
@@ -97,7 +97,7 @@ DUAL = (
     Fault(
         "bounds of the objective swapped",
         "B1/dual",
-        wrapped(primal, "objective_bounds", lambda bounds, *a: (bounds[1], bounds[0])),
+        wrapped(evaluation, "objective_bounds", lambda bounds, *a: (bounds[1], bounds[0])),
     ),
     Fault("rounding dropped and directed inward", "B1/dual", TURNED),
     Fault(

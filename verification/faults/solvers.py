@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.problem.gram import Reduction
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.problem import Problem
+from convexperc.problem.reduction import Reduction
 from convexperc.problem.scaling import Scaling
 from convexperc.solution import batch as many
 from convexperc.solution import single as solving

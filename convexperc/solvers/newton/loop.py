@@ -1,6 +1,6 @@
 """Proximal Newton on (w, t), compiled: all templates of a frame in one call.
 
-The notation is that of `convexperc.problem.gram`. One iteration evaluates q and the duality gap, which is free,
+The notation is that of `convexperc.problem.reduction`. One iteration evaluates q and the duality gap, which is free,
 then minimises the quadratic model of the smooth part plus lambda2 ||w||_1 over t >= 0. The equation of t_i is
 posed as 1/||X_i'q|| = 2/lambda3, which is almost linear in t (the secular equation of trust-region methods);
 where that step does not descend, the plain Newton step is cut back until it does. From a cold or a given
@@ -51,8 +51,8 @@ class Rules(NamedTuple):
     warm: bool
 
 
-class Race(NamedTuple):
-    """What templates are compared by: F times units (p,) in common; no race where `units` is empty.
+class Pruning(NamedTuple):
+    """What templates are compared by: F times units (p,) in common; nothing is given up where `units` is empty.
 
     Attributes
     ----------
@@ -269,19 +269,19 @@ def start(data, point, last, curvature, model):
 
 @no_type_check
 @njit(cache=True, error_model="numpy")
-def solve_batch(G, K, C, targets, lambdas, W, T, rules, race):
+def solve_batch(G, K, C, targets, lambdas, W, T, rules, pruning):
     """Every template in turn; those of equal lambda1 share a start, unless W and T hold theirs.
 
     G (n, n), K (m, n, n), C (p, n) = X o_j, targets (p,) = ||o_j||^2, lambdas (p, 3). Fills in W (p, n) and
-    T (p, m); returns Q (p, n), the iterations (p,), and F with its gap (p, 2). In a race, a template is given
-    up when it is seen to lie above `race.ceiling`, or above the lowest F of those before it.
+    T (p, m); returns Q (p, n), the iterations (p,), and F with its gap (p, 2). In a pruning, a template is given
+    up when it is seen to lie above `pruning.ceiling`, or above the lowest F of those before it.
     """
     p, n = C.shape
     m = K.shape[0]
     Q, iterations, gaps = np.zeros((p, n)), np.zeros(p, np.int64), np.empty((p, 2))
     model, curvature, last = new_model(n + m), new_curvature(n, m), np.zeros(m)
     point, trial, best = new_point(n, m), new_point(n, m), new_point(n, m)
-    ceiling = race.ceiling
+    ceiling = pruning.ceiling
     for j in range(p):
         data = Data(G, K, C[j], targets[j], lambdas[j, 0], lambdas[j, 1], lambdas[j, 2])
         if j > 0 and lambdas[j, 0] != lambdas[j - 1, 0]:
@@ -293,12 +293,12 @@ def solve_batch(G, K, C, targets, lambdas, W, T, rules, race):
             copy(T[j], point.t)
         else:
             hold = start(data, point, last, curvature, model)
-        top = ceiling * (1.0 + race.margin) / race.units[j] if race.units.size else np.inf
+        top = ceiling * (1.0 + pruning.margin) / pruning.units[j] if pruning.units.size else np.inf
         iterations[j], gaps[j, 0], gaps[j, 1] = solve_one(
             data, point, trial, best, model, curvature, rules, hold, top
         )
-        if race.units.size:
-            ceiling = min(ceiling, gaps[j, 0] * race.units[j])
+        if pruning.units.size:
+            ceiling = min(ceiling, gaps[j, 0] * pruning.units[j])
         copy(best.w, W[j])
         copy(best.t, T[j])
         copy(best.q, Q[j])

@@ -3,18 +3,16 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from convexperc.certificate.lasso import Distinct
-from convexperc.certificate.reduced import Shared
 from convexperc.problem.arrays import Matrix, Vector
-from convexperc.problem.gram import Reduction
 from convexperc.problem.problem import Problem
+from convexperc.problem.reduction import Reduction
 from convexperc.solvers.interface import SolverResult
-from convexperc.solvers.newton.loop import Race, Rules, solve_batch
+from convexperc.solvers.newton.loop import Pruning, Rules, solve_batch
 from convexperc.solvers.newton.subproblem import lasso, lasso_batch
 
-NO_RACE = Race(np.empty(0), np.inf, 0.0)
+NO_PRUNING = Pruning(np.empty(0), np.inf, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +42,15 @@ class Batch:
     Q : float64 (p, n)
         The dual points are a = 2(X'w - o), b = -2 Q_j.
     iterations : int (p,)
+    gaps : float64 (p, 2)
+        F and its duality gap, as seen from the reduced data; NaN where they were not computed.
     """
 
     W: Float[np.ndarray, "p n"]
     T: Float[np.ndarray, "p m"]
     Q: Float[np.ndarray, "p n"]
-    iterations: np.ndarray
+    iterations: Int[np.ndarray, " p"]
+    gaps: Float[np.ndarray, "p 2"]
 
     def start(self) -> Start:
         """A start for the next frame, or for the next lambda."""
@@ -58,7 +59,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Newton:
-    """Proximal Newton in (w, t); see `convexperc.problem.gram` for the form and `newton_kernel` for the loop.
+    """Proximal Newton in (w, t); see `convexperc.problem.reduction` for the form and `newton_kernel` for the loop.
 
     Attributes
     ----------
@@ -77,32 +78,46 @@ class Newton:
 
     def solve(self, problem: Problem) -> SolverResult:
         """Answer one normalised problem."""
-        reduction = Reduction.of(problem.X, problem.modalities)
-        if problem.lambda1 == 0.0 or problem.lambda3 == 0.0:
+        reduction = problem.views.reduction
+        if problem.penalties.uncoupled:
             return self._uncoupled(problem, reduction)
         c, target = problem.X @ problem.o, float(problem.o @ problem.o)
         lambdas = np.array([problem.lambdas])
-        batch = self.batch(reduction, c[None, :], np.array([target]), lambdas)
+        batch = self.batch(reduction.G, reduction.K, c[None, :], np.array([target]), lambdas)
         w, q = batch.W[0], batch.Q[0]
         u = reduction.recover(batch.T[0], q)
         dual = 2.0 * (problem.X.T @ w - problem.o), -2.0 * q
-        return SolverResult(w, u, "stopped", int(batch.iterations[0]), dual)
+        return SolverResult(w, u, self._status(batch), int(batch.iterations[0]), dual)
+
+    def _status(self, batch: Batch) -> str:
+        """Why the first template was left."""
+        F, gap = batch.gaps[0]
+        if gap <= self.tolerance * F:
+            return "gap within the tolerance"
+        return (
+            "iteration limit"
+            if batch.iterations[0] >= self.max_iterations
+            else "stagnation at rounding level"
+        )
 
     def batch(
         self,
-        reduction: Reduction | Shared,
+        G: Float[np.ndarray, "n n"],
+        K: Float[np.ndarray, "m n n"],
         C: Float[np.ndarray, "p n"],
         targets: Float[np.ndarray, " p"],
         lambdas: Float[np.ndarray, "p 3"],
         start: Start | None = None,
-        race: Race | None = None,
+        pruning: Pruning | None = None,
     ) -> Batch:
         """Answer all templates of a frame; lambda1, lambda3 > 0.
 
         Parameters
         ----------
-        reduction : Reduction or Shared
-            Its G and K.
+        G : float64 (n, n)
+            X X'.
+        K : float64 (m, n, n)
+            X_i X_i'.
         C : float64 (p, n)
             Row j is X o_j.
         targets : float64 (p,)
@@ -110,7 +125,7 @@ class Newton:
         lambdas : float64 (p, 3)
         start : Start, optional
             Cold without; then the t of the first answer starts the others of the same lambda1.
-        race : Race, optional
+        pruning : Pruning, optional
             Give up templates whose optimum is seen not to be the lowest.
 
         Returns
@@ -118,15 +133,15 @@ class Newton:
         Batch
         """
         p, n = C.shape
-        m = len(reduction.K)
+        m = len(K)
         W = np.zeros((p, n)) if start is None else np.array(start.W, dtype=np.float64)
         T = np.zeros((p, m)) if start is None else np.array(start.T, dtype=np.float64)
-        Q, iterations, _ = solve_batch(
-            reduction.G, reduction.K, np.ascontiguousarray(C), targets, lambdas, W, T,
+        Q, iterations, gaps = solve_batch(
+            G, K, np.ascontiguousarray(C), targets, lambdas, W, T,
             Rules(self.tolerance, self.max_iterations, start is not None),
-            NO_RACE if race is None else race,
+            NO_PRUNING if pruning is None else pruning,
         )  # fmt: skip
-        return Batch(W, T, Q, iterations)
+        return Batch(W, T, Q, iterations, gaps)
 
     def _uncoupled(self, problem: Problem, reduction: Reduction) -> SolverResult:
         """lambda1 = 0 (then u = 0) or lambda3 = 0 (then Xu is the projection of w): a lasso in w."""
@@ -143,43 +158,44 @@ class Newton:
         if problem.lambda1 > 0.0:
             u = np.linalg.lstsq(X, w, rcond=None)[0]
             b = -2.0 * problem.lambda1 * (w - basis @ (basis.T @ w))
-        return SolverResult(w, u, "stopped", 1, (2.0 * (X.T @ w - o), b))
+        return SolverResult(w, u, "direct solution", 1, (2.0 * (X.T @ w - o), b))
 
 
 def lassos(
-    distinct: Distinct, C: Float[np.ndarray, "p n"], lambdas: Float[np.ndarray, "p 3"], m: int
-) -> Batch:
-    """Answer all templates of a frame where the coupling costs nothing: lambda1 = 0 or lambda3 = 0.
+    G: Float[np.ndarray, "k k"],
+    C: Float[np.ndarray, "p k"],
+    counts: Float[np.ndarray, " k"],
+    lambdas: Float[np.ndarray, "p 3"],
+) -> tuple[Float[np.ndarray, "p k"], Float[np.ndarray, "p k"]]:
+    """Answer all templates of a set of views where the coupling costs nothing: lambda1 = 0 or lambda3 = 0.
 
     Parameters
     ----------
-    distinct : Distinct
-        Its views must be proved to be independent.
-    C : float64 (p, n)
+    G : float64 (k, k)
+        X X' of the distinct views, which must be linearly independent.
+    C : float64 (p, k)
         Row j is X o_j.
+    counts : float64 (k,)
+        How many views are equal to each of the distinct ones.
     lambdas : float64 (p, 3)
-    m : int
-        Number of modalities.
 
     Returns
     -------
-    Batch
-        With lambda1 = 0, u = 0; with lambda3 = 0, u = X'q where Xu = w.
+    W, Q : float64 (p, k)
+        W is the sum of the weights of equal views. With lambda1 = 0, Q = 0 and u = 0; with lambda3 = 0,
+        u = X'Q_j, where Xu = w with each of the equal views carrying the same part of the sum.
     """
-    p, H, merged = C.shape[0], distinct.shared.G, distinct.merged(C)
-    W = np.zeros_like(merged)
+    W = np.zeros_like(C)
     weighted = lambdas[:, 1] > 0.0
     if not weighted.all():
-        W[~weighted] = np.linalg.solve(H, merged[~weighted].T).T
+        W[~weighted] = np.linalg.solve(G, C[~weighted].T).T
     if weighted.any():
         found = np.zeros((int(weighted.sum()), W.shape[1]))
-        lasso_batch(2.0 * H, -2.0 * merged[weighted], lambdas[weighted, 1], found)
+        lasso_batch(2.0 * G, -2.0 * C[weighted], lambdas[weighted, 1], found)
         W[weighted] = found
-    spread, iterations = distinct.spread(W), np.ones(p, dtype=np.int64)
     if not lambdas[:, 0].any():
-        return Batch(spread, np.zeros((p, m)), np.zeros_like(spread), iterations)
-    Q = np.linalg.solve(H, (W / distinct.counts).T).T
-    return Batch(spread, np.ones((p, m)), distinct.spread(Q), iterations)
+        return W, np.zeros_like(W)
+    return W, np.linalg.solve(G, (W / counts).T).T
 
 
 def _range_basis(X: Matrix) -> Float[np.ndarray, "n r"]:

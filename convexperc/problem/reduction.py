@@ -66,14 +66,6 @@ class Reduction:
             found += self.X[:, start : start + CHUNK] @ O[start : start + CHUNK]
         return np.ascontiguousarray(found.T)
 
-    def squares(self, O: Float[np.ndarray, "d p"]) -> Float[np.ndarray, " p"]:  # noqa: E741
-        """||o_j||^2."""
-        found = np.einsum("dp,dp->p", O[:CHUNK], O[:CHUNK])
-        for start in range(CHUNK, O.shape[0], CHUNK):
-            part = O[start : start + CHUNK]
-            found += np.einsum("dp,dp->p", part, part)
-        return np.asarray(found)
-
     def recover(self, t: Float[np.ndarray, " m"], q: Vector) -> Float[np.ndarray, " d"]:
         """u^i = t_i X_i' q; infinite or NaN where t overflowed."""
         u = np.zeros(self.X.shape[1])

@@ -1,5 +1,6 @@
-"""The normalised data of one problem, with what is known of its rounding."""
+"""F at a point in normalised units, rounding included; and what all points of one problem share."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,19 +12,22 @@ from convexperc.certificate.rounding import (
     Floats,
     Groups,
     U,
+    inner,
     norms_by_group,
     product,
+    scaled_bounds,
     smallest_singular_value,
     squared_norm,
+    sum_bounds,
 )
-from convexperc.problem.arrays import FeatureVector, Matrix
+from convexperc.problem.arrays import FeatureVector, Matrix, Vector
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Bounds, Scaling
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class NormalizedData:
     """The normalised data; what many points share is computed once.
 
     Attributes
@@ -44,7 +48,7 @@ class Frame:
     entry_error: float
 
     @classmethod
-    def of(cls, problem: Problem, scaling: Scaling) -> "Frame":
+    def of(cls, problem: Problem, scaling: Scaling) -> "NormalizedData":
         """Normalise `problem` by `scaling`."""
         X, o, error = scaling.data(problem)
         one, two, three = scaling.lambdas(problem)
@@ -99,3 +103,63 @@ class Frame:
     def modality_norms(self, x: Ball) -> tuple[Floats, Floats]:
         """Lower and upper bounds, shape (m,), of the 2-norm of each modality's part of x of shape (d,)."""
         return norms_by_group(x, self.groups)
+
+
+@dataclass(frozen=True, eq=False)
+class PrimalPoint:
+    """A point (w, u); all 0 where it is not finite.
+
+    Attributes
+    ----------
+    w, u : Ball of shape (n,) and (d,)
+    p, q : Ball of shape (d,) and (n,)
+        X'w - o and Xu - w.
+    lengths : (lower, upper), float64 (m,) each
+        Bounds of ||u^i||.
+    finite : bool
+    objective : (lower, upper)
+        Bounds of F(w, u).
+    """
+
+    w: Ball
+    u: Ball
+    p: Ball
+    q: Ball
+    lengths: tuple[Floats, Floats]
+    finite: bool
+    objective: Bounds
+
+    @classmethod
+    def of(cls, data: NormalizedData, scaling: Scaling, w: Vector, u: FeatureVector) -> "PrimalPoint":
+        """Normalise a point (w, u) on the original data and evaluate it."""
+        w_, u_ = scaling.point(w, u)
+        finite = bool(np.isfinite(w_).all() and np.isfinite(u_).all())
+        if finite:
+            balls = _allowing_underflow(w_, w), _allowing_underflow(u_, u)
+        else:
+            balls = Ball.exact(np.zeros_like(w)), Ball.exact(np.zeros_like(u))
+        p = data.times_columns(balls[0]).plus(data.target, -1.0)
+        q = data.times_rows(balls[1]).plus(balls[0], -1.0)
+        lengths = data.modality_norms(balls[1])
+        lower, upper = objective_bounds(data, balls[0], p, q, lengths) if finite else (0.0, math.inf)
+        bounds = (0.0, math.inf) if math.isnan(upper) else (max(0.0, lower), upper)
+        return cls(*balls, p, q, lengths, finite, bounds)
+
+
+def _allowing_underflow(scaled: Floats, given: Floats) -> Ball:
+    """Entries so small that scaling may have rounded them, even to 0, get the radius of that rounding."""
+    return Ball(scaled, np.where((np.abs(scaled) < 2.0**-1000) & (given != 0.0), UNDERFLOW, 0.0))
+
+
+def objective_bounds(
+    data: NormalizedData, w: Ball, p: Ball, q: Ball, lengths: tuple[Floats, Floats]
+) -> Bounds:
+    """Enclose F = ||p||^2 + lambda1 ||q||^2 + lambda2 ||w||_1 + lambda3 sum_i ||u^i||."""
+    low, high = inner(Ball(np.abs(w.mid), w.rad), Ball.exact(np.ones_like(w.mid)))
+    norms = sum_bounds(*zip(lengths[0].tolist(), lengths[1].tolist(), strict=True))
+    return sum_bounds(
+        squared_norm(p),
+        scaled_bounds(data.lambda1, squared_norm(q)),
+        scaled_bounds(data.lambda2, (max(0.0, low), high)),
+        scaled_bounds(data.lambda3, norms),
+    )

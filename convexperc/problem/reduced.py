@@ -1,0 +1,177 @@
+"""A template library as one set of views sees it: c_j = X o_j, normalised, in one pass over the templates.
+
+After this pass nothing of size d is needed until an answer's u is asked for.
+"""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from convexperc.errors import ProblemError
+from convexperc.problem.arrays import FeatureVector, Vector
+from convexperc.problem.library import SAFE, TemplateLibrary, length_exponents, read_columns, squared_lengths
+from convexperc.problem.penalties import Penalties
+from convexperc.problem.problem import Problem
+from convexperc.problem.reduction import Reduction
+from convexperc.problem.scaling import Scaling
+from convexperc.problem.views import Views
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedData:
+    """What the solver and the bounds need of n views and p templates.
+
+    The numbers are normalised by exact powers of two: X = 2^x X_, o_j = 2^k_j o_j_, ||o_j_|| in [1/2, 1).
+
+    Attributes
+    ----------
+    views : Views
+        As given.
+    library : TemplateLibrary
+        As given.
+    x : int
+    G : float64 (n, n)
+        X_ X_'.
+    K : float64 (m, n, n)
+        X_i X_i' of each modality of X_.
+    C : float64 (p, n)
+        Row j is X_ o_j_.
+    sound : bool (p,)
+        False where a length is 0 or out of the safe range, so that nothing here may be used.
+    seconds : float
+        What the reading took.
+    """
+
+    views: Views
+    library: TemplateLibrary
+    x: int
+    G: Float[np.ndarray, "n n"]
+    K: Float[np.ndarray, "m n n"]
+    C: Float[np.ndarray, "p n"]
+    sound: Bool[np.ndarray, " p"]
+    seconds: float = field(repr=False)
+
+    @classmethod
+    def of(
+        cls, X: Any, templates: Any, modalities: Any = None, *, names: Sequence[str] | None = None
+    ) -> "ReducedData":
+        """Read the views, and the templates once.
+
+        Parameters
+        ----------
+        X : array_like (n, d)
+        templates, names, modalities : see `TemplateLibrary.of`
+
+        Raises
+        ------
+        ProblemError, ModalityError
+            As `Views.of` on X; as `TemplateLibrary` on the templates; another number of features than X has.
+        TemplateNameError
+            See `TemplateLibrary.of`.
+        """
+        began = time.perf_counter()
+        if isinstance(templates, TemplateLibrary):
+            _check_columns(X, templates)
+            modalities = templates.modalities if modalities is None else modalities
+        views = Views.of(X, modalities)
+        library = _library(templates, names, views)
+        x, usable = _exponent(views.reduction)
+        C = _products(views.reduction, library)
+        lengths = library.lengths
+        np.ldexp(C, -(x + lengths.exponents)[:, None], out=C)
+        G, K = np.ldexp(views.reduction.G, -2 * x), np.ldexp(views.reduction.K, -2 * x)
+        return cls(views, library, x, G, K, C, usable & lengths.sound, time.perf_counter() - began)
+
+    @property
+    def n(self) -> int:
+        """Number of views."""
+        return int(self.C.shape[1])
+
+    @property
+    def m(self) -> int:
+        """Number of modalities."""
+        return len(self.views.modalities)
+
+    @property
+    def p(self) -> int:
+        """Number of templates."""
+        return int(self.C.shape[0])
+
+    @property
+    def exponents(self) -> Int[np.ndarray, " p"]:
+        """k_j."""
+        return self.library.lengths.exponents
+
+    @property
+    def targets(self) -> Float[np.ndarray, " p"]:
+        """||o_j_||^2."""
+        return self.library.lengths.targets
+
+    def scaling(self, j: int) -> Scaling:
+        """The normalisation of template j's problem."""
+        return Scaling(self.x, int(self.exponents[j]))
+
+    def problem(self, j: int, penalties: Penalties) -> Problem:
+        """Template j's problem as given; the views are shared, not copied."""
+        return Problem.of(self.views, self.library.template(j), penalties)
+
+    def normalised(self, penalties: Penalties) -> Float[np.ndarray, "p 3"]:
+        """(lambda1, lambda2, lambda3) in each template's own units; infinite or 0 beyond the range of float64."""
+        found = np.empty((self.p, 3))
+        with np.errstate(over="ignore", under="ignore"):
+            found[:, 0] = np.ldexp(penalties.lambda1, -2 * self.x)
+            found[:, 1] = np.ldexp(penalties.lambda2, -self.x - self.exponents)
+            found[:, 2] = np.ldexp(penalties.lambda3, -2 * self.x - self.exponents)
+        return found
+
+    def recover(self, t: Float[np.ndarray, " m"], q: Vector) -> FeatureVector:
+        """Feature weights in normalised units, from a reduced answer: u^i = t_i X_i' q."""
+        return np.asarray(np.ldexp(self.views.reduction.recover(t, q), -self.x))
+
+
+def _check_columns(X: Any, library: TemplateLibrary) -> None:
+    """Say that X does not fit the library before its modalities do."""
+    shape = np.shape(X)
+    if len(shape) == 2 and shape[1] != library.d:
+        must = f"must have {library.d} columns, as the templates have features"
+        raise ProblemError("X", value=shape, must=must)
+
+
+def _library(templates: Any, names: Sequence[str] | None, views: Views) -> TemplateLibrary:
+    """The templates, which have as many features as the views."""
+    if isinstance(templates, TemplateLibrary):
+        return TemplateLibrary.of(templates, names=names, modalities=views.modalities)
+    columns, found = read_columns(templates, names)
+    d = views.X.shape[1]
+    if columns.shape[0] != d:
+        if isinstance(templates, Mapping):
+            must = f"must have one entry for each of the {d} columns of X"
+            raise ProblemError(f"reference {found[0]!r}", value=columns.shape[:1], must=must)
+        must = f"must have {d} rows, as X has columns"
+        raise ProblemError("O", value=columns.shape, must=must, remedy="Each column of O is one template.")
+    return TemplateLibrary(columns, found, views.modalities)
+
+
+def _exponent(reduction: Reduction) -> tuple[int, bool]:
+    """x, and whether the Gram matrices can be used."""
+    largest = float(reduction.G.diagonal().max())
+    usable = 1.0 / SAFE < largest < SAFE and bool(np.isfinite(reduction.G).all())
+    return int(length_exponents(largest)) if usable else 0, usable
+
+
+def _products(reduction: Reduction, library: TemplateLibrary) -> Float[np.ndarray, "p n"]:
+    """Row j is X o_j; the first pass over a library also measures it."""
+    C = np.empty((len(library), reduction.G.shape[0]))
+    squares = None if library.measured else np.empty(len(library))
+    for chosen, block in library.blocks():
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            C[chosen] = reduction.product(block)
+        if squares is not None:
+            squares[chosen] = squared_lengths(block, chosen.start)
+    if squares is not None:
+        library.keep(squares)
+    return C
