@@ -1,5 +1,6 @@
 """One family of errors: each says what is wrong, with which value, what must hold, and what to do."""
 
+import importlib.util
 import pickle
 from typing import Any
 
@@ -110,3 +111,29 @@ class SolverError(ConvexpercError, RuntimeError):
 
 class MissingExtraError(ConvexpercError, ImportError):
     """An optional package is needed; the remedy names the extra to install."""
+
+
+def require(module: str, extra: str, what: str) -> None:
+    """Refuse what needs a package that is not installed; call it before any work is done.
+
+    The package is looked for and not imported, so that one that is installed but broken still fails with
+    its own error.
+
+    Parameters
+    ----------
+    module : str
+        Name that the package is imported by, without a dot.
+    extra : str
+        The extra that brings it, or several with commas between them.
+    what : str
+        What needs it, for example ``"the picture"``.
+
+    Raises
+    ------
+    MissingExtraError
+        The package is not installed.
+    """
+    if importlib.util.find_spec(module) is None:
+        missing = ModuleNotFoundError(f"No module named {module!r}", name=module)
+        remedy = f"Install it: pip install 'convexperc[{extra}]'."
+        raise MissingExtraError(what, value=missing, must=f"needs {module}", remedy=remedy)

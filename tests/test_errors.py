@@ -1,4 +1,6 @@
 import pickle
+import subprocess
+import sys
 
 import pytest
 
@@ -48,3 +50,24 @@ def test_an_integer_too_long_for_repr_is_still_reported_as_ours():
     error = InputError("lambda1", value=10**5000, must="must fit into float64")
     assert "lambda1" in str(error), str(error)
     assert error.value == 10**5000
+
+
+def test_a_package_that_is_there_is_not_imported_to_find_out():
+    code = "import sys; from convexperc.errors import require; require('numpy', 'plot', 'the picture')"
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}; print('numpy' in sys.modules)"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "False\n", done.stdout
+
+
+def test_a_package_that_is_missing_is_named_with_the_command_that_installs_it():
+    with pytest.raises(errors.MissingExtraError) as refused:
+        errors.require("no_such_package", "plot", "the picture")
+    assert str(refused.value) == (
+        "the picture needs no_such_package; got ModuleNotFoundError(\"No module named 'no_such_package'\")."
+        " Install it: pip install 'convexperc[plot]'."
+    )
+    assert refused.value.value.name == "no_such_package"

@@ -12,7 +12,8 @@ import pytest
 from convexperc.errors import InputError
 from convexperc.recognition.label import recognize
 from convexperc.recognition.recognition import Verdict
-from convexperc.report.figure import MOST_VIEWS, picture_kind, recognition_picture
+from convexperc.report.figure import MOST_VIEWS
+from convexperc.report.picture import picture_kind, recognition_picture
 
 SVG = "{http://www.w3.org/2000/svg}"
 

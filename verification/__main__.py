@@ -1,7 +1,10 @@
 """The command line of the verifier."""
 
+import sys
+
 import typer
 
+from convexperc.errors import MissingExtraError, require
 from verification.commands import claims, experiments, replay, solvers
 
 app = typer.Typer(
@@ -25,9 +28,25 @@ app.command()(solvers.check)
 app.command()(solvers.bench)
 
 
+MISUSE = 2
+"""Exit code of misuse, typer's own."""
+
+VERIFY = ("hypothesis", "jinja2", "joblib", "matplotlib", "z3")
+"""Modules that the extra `verify` brings; a command imports what it needs before it does anything."""
+
+
 def main() -> None:
-    """Entry point of the console script."""
-    app()
+    """Entry point of the console script; a missing extra ends it with one line."""
+    try:
+        try:
+            app()
+        except ModuleNotFoundError as error:
+            if error.name in VERIFY:
+                require(error.name, "verify", "this command")
+            raise
+    except MissingExtraError as error:
+        typer.echo(f"error: {error}", err=True)
+        sys.exit(MISUSE)
 
 
 if __name__ == "__main__":

@@ -4,18 +4,13 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import matplotlib as mpl
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from convexperc.errors import InputError
+from convexperc.errors import InputError, require
 from convexperc.solvers.paper.readings import SMOOTHED
 from verification.checks.interface import Check
 from verification.claims import PARTS
@@ -25,6 +20,9 @@ from verification.counterexamples.kinds import confirm
 from verification.counterexamples.loops import with_iterations
 from verification.counterexamples.record import Record
 from verification.oracles import Enclosure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 WIDTH = 100
 """Columns of the terminal that a table fits into."""
@@ -125,9 +123,16 @@ class Replay:
         ------
         InputError
             Another kind than svg or png.
+        MissingExtraError
+            Matplotlib is not installed.
         """
         if kind not in PLOTS:
             raise InputError("plot", value=kind, must=f"must be one of {', '.join(PLOTS)}")
+        require("matplotlib", "plot", "the picture")
+        import matplotlib as mpl  # noqa: PLC0415 - the table does without it
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+        from matplotlib.figure import Figure  # noqa: PLC0415
+
         with mpl.rc_context(STYLE):
             figure = Figure(figsize=(6.4, 3.6), layout="constrained")
             FigureCanvasAgg(figure)
@@ -215,7 +220,9 @@ def _exactly(value: Enclosure) -> str:
     return f"[{shown(Enclosure(value.lower, value.lower))}, {shown(Enclosure(value.upper, value.upper))}]"
 
 
-def _draw_iterations(axes: Axes, rows: Sequence[Row], optimum: Enclosure | None) -> None:
+def _draw_iterations(axes: "Axes", rows: Sequence[Row], optimum: Enclosure | None) -> None:
+    from matplotlib.ticker import MaxNLocator  # noqa: PLC0415 - the table does without it
+
     at = [row.iteration for row in rows]
     F = [row.decimal for row in rows]
     if optimum is not None:
@@ -233,7 +240,7 @@ def _draw_iterations(axes: Axes, rows: Sequence[Row], optimum: Enclosure | None)
     axes.legend(frameon=False)
 
 
-def _draw_sides(axes: Axes, result: Confirmation) -> None:
+def _draw_sides(axes: "Axes", result: Confirmation) -> None:
     labels = [side.label for side in result.sides]
     low = [float(side.value.lower) for side in result.sides]
     high = [float(side.value.upper) for side in result.sides]

@@ -96,7 +96,10 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     ] = DecisionName.OBJECTIVE,
     json: Json = None,
     figure: Annotated[
-        Path | None, typer.Option("--picture", metavar="FILE", help="Draw the outcome: .png or .svg.")
+        Path | None,
+        typer.Option(
+            "--picture", metavar="FILE", help="Draw the outcome: .png or .svg. Needs the extra plot."
+        ),
     ] = None,
     configuration: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")

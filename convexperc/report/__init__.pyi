@@ -1,4 +1,4 @@
-from .figure import picture_kind, recognition_picture
+from .picture import picture_kind, recognition_picture
 from .proof import data_digest, proof_record
 from .records import certificate_record, recognition_record, solution_record
 

@@ -2,12 +2,10 @@
 
 import io
 import math
-import os
 import textwrap
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -18,13 +16,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from convexperc.errors import InputError
 from convexperc.features.pictures import MIN_SIDE, Picture, resize
 from convexperc.recognition.decision import Decision
 from convexperc.recognition.recognition import Ranked, Recognition
 from convexperc.solution.solution import Status
 
-KINDS = ("png", "svg")
 WIDTH, MARGIN, GUTTER = 11.0, 0.35, 0.18
 CELL, TALLEST, ACROSS = 2.15, 1.48, 6
 ABOVE, BELOW = 0.24, 0.56
@@ -42,40 +38,8 @@ STYLE: dict[Any, Any] = {
 }
 
 
-def picture_kind(path: str | os.PathLike[str]) -> str:
-    """Tell by the suffix what `recognition_picture` is to draw: ``"png"`` or ``"svg"``.
-
-    Raises
-    ------
-    InputError
-        Another suffix.
-    """
-    kind = Path(path).suffix.lower().removeprefix(".")
-    if kind not in KINDS:
-        raise InputError(f"picture {os.fspath(path)}", value=kind, must="must end in .png or .svg")
-    return kind
-
-
-def recognition_picture(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
-    """Draw a recognition; the same input gives the same bytes.
-
-    Parameters
-    ----------
-    recognition : Recognition
-    views : mapping of str to uint8 (h, w, 3)
-        The picture of each of the recognition's views.
-    kind : {"png", "svg"}
-
-    Raises
-    ------
-    InputError
-        A view has no picture, or another `kind`.
-    """
-    if kind not in KINDS:
-        raise InputError("kind", value=kind, must=f"must be one of {KINDS}")
-    missing = [name for name in recognition.views if name not in views]
-    if missing:
-        raise InputError("views", value=missing, must="must hold a picture of every view")
+def draw(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
+    """Draw what `convexperc.report.picture.recognition_picture` has checked."""
     with mpl.rc_context(STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
         return _draw(_Sheet.of(recognition, views), recognition, views, kind)

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
 
-from convexperc.errors import InputError
+from convexperc.errors import InputError, require
 from convexperc.files import json_bytes
 from convexperc.simulation import case_study, physical
 from convexperc.simulation.catalogue import catalogue, mesh_sha256, object_of
@@ -93,12 +92,15 @@ def write_data_set(
     InputError
         The folder cannot be used, an object is unknown, or a scene cannot be found.
     MissingExtraError
-        MuJoCo is not installed.
+        MuJoCo or joblib is not installed.
     RenderingError
         There is no OpenGL library, or it failed.
     """
     if workers < 1:
         raise InputError("workers", value=workers, must="must be at least 1")
+    require("joblib", "sim", "drawing a data set")
+    from joblib import Parallel, delayed  # noqa: PLC0415 - it comes with an extra
+
     objects = catalogue(meshes)
     head = request.record(engine(), objects)
     parts = _parts(request)

@@ -1,13 +1,12 @@
 """One OpenGL context a process, made when something is first drawn and kept: making one takes 0.1 s."""
 
 import importlib
-import importlib.util
 from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
 from typing import Any
 
-from convexperc.errors import MissingExtraError
+from convexperc.errors import require
 from convexperc.simulation.backends import INSTALL, Backend, RenderingError, choose_backend
 
 
@@ -43,9 +42,7 @@ def load_mujoco() -> ModuleType:
     RenderingError
         There is no OpenGL library, or MuJoCo cannot be loaded.
     """
-    if importlib.util.find_spec("mujoco") is None:
-        remedy = 'Install the extra sim: pip install "convexperc[sim]".'
-        raise MissingExtraError("mujoco", value=None, must="must be installed to draw a scene", remedy=remedy)
+    require("mujoco", "sim", "drawing a scene")
     backend = choose_backend()
     try:
         return importlib.import_module("mujoco")

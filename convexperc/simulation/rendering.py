@@ -1,6 +1,6 @@
 """Draws a scene with MuJoCo, without a display.
 
-MuJoCo comes with the extra ``sim`` (``pip install "convexperc[sim]"``). It needs an OpenGL library of the
+MuJoCo comes with the extra ``sim`` (``pip install 'convexperc[sim]'``). It needs an OpenGL library of the
 system, which the environment variable ``MUJOCO_GL`` may choose: ``egl`` or ``osmesa``. When it is unset,
 EGL is taken if its library is installed, otherwise OSMesa. Neither needs a graphics card. On Debian and
 Ubuntu, ``apt-get install libegl1 libgl1-mesa-dri`` installs EGL and ``apt-get install libosmesa6`` OSMesa.

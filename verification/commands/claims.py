@@ -103,6 +103,9 @@ def report(
         return
     if evidence is not None and claim:
         raise typer.BadParameter("cannot be combined with --evidence", param_hint="--claim")
+    import verification.gather  # noqa: PLC0415 - a package that is missing is missed now, not after the work
+    import verification.report.write  # noqa: PLC0415, F401
+
     with misuse("--experiments"):
         stored = read_stored(experiments)
     found = _read(evidence) if evidence else _gather(_options(claim, profile, seed, jobs), out)

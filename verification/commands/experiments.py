@@ -11,6 +11,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from verification.commands.misuse import misuse
+
 if TYPE_CHECKING:
     from verification.experiments.collection import Collection
 
@@ -61,7 +63,11 @@ def experiments(
     the scenes are drawn first. A run that is broken off goes on where it was when it is started again. Exit
     code 0: done; 2: misuse; 3: broken off.
     """
-    from convexperc.files import check_place  # noqa: PLC0415 - keeps --help quick
+    from convexperc.errors import require  # noqa: PLC0415 - keeps --help quick
+    from convexperc.files import check_place  # noqa: PLC0415
+
+    if simulate and simulation is None:  # asked before the imports below, so that one line names both extras
+        require("mujoco", "sim,verify", "drawing the scenes")
     from verification.experiments.design import Design  # noqa: PLC0415
     from verification.experiments.readings import first  # noqa: PLC0415
     from verification.experiments.record import NAME, write_record  # noqa: PLC0415
@@ -74,11 +80,11 @@ def experiments(
     if photos is None and not simulate:
         raise typer.BadParameter("nothing is left to be judged", param_hint="--no-simulate")
     folder = cache or out / ".journal"
-    with _misuse("--out"):
+    with misuse("--out"):
         out.mkdir(parents=True, exist_ok=True)
         folder.mkdir(parents=True, exist_ok=True)
         check_place(out / NAME)
-    with _misuse("--readings"):
+    with misuse("--readings"):
         chosen = first(readings)
     try:
         if simulate and (simulation is None or case_study is None):
@@ -94,7 +100,7 @@ def experiments(
         raise typer.Exit(OPEN) from None
     given = {"--simulation": simulation, "--case-study": case_study, "--photos": photos}
     data["volatile"]["command"] = _command(given, readings, seed, repetitions)
-    with _misuse("--out"):
+    with misuse("--out"):
         place = write_record(out, data)
         pages = publish(out, [folder for folder in (simulation, case_study) if folder is not None])
     _tell(data)
@@ -106,7 +112,7 @@ def _drawn(folder: Path, seed: int, workers: int) -> tuple[Path, Path]:
     """Draw both simulated sets, or what is missing of them."""
     from verification.experiments.simulated import draw  # noqa: PLC0415 - keeps --help quick
 
-    with _misuse("--cache"), _progress() as progress:
+    with misuse("--cache"), _progress() as progress:
         return draw(folder, seed, workers, progress)
 
 
@@ -116,10 +122,10 @@ def _collections(
     from verification.experiments.collection import Collection  # noqa: PLC0415 - keeps --help quick
 
     if simulation is not None and case_study is not None:
-        with _misuse("--simulation, --case-study"):
+        with misuse("--simulation, --case-study"):
             yield Collection.simulated(simulation, case_study)
     if photos is not None:
-        with _misuse("--photos"):
+        with misuse("--photos"):
             yield Collection.photographed(photos, seed)
 
 
@@ -171,17 +177,6 @@ def _progress() -> Iterator[Callable[[str, int, int], None]]:
             bar.update(bars[stage], completed=done)
 
         yield told
-
-
-@contextmanager
-def _misuse(hint: str) -> Iterator[None]:
-    """What cannot be read or written as misuse."""
-    from convexperc.errors import ConvexpercError  # noqa: PLC0415 - keeps --help quick
-
-    try:
-        yield
-    except (OSError, ConvexpercError) as problem:
-        raise typer.BadParameter(str(problem), param_hint=hint) from None
 
 
 def _console() -> Console:

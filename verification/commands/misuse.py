@@ -8,10 +8,15 @@ import typer
 
 @contextmanager
 def misuse(hint: str) -> Iterator[None]:
-    """Files that cannot be read or written, and what is not what it should be, as misuse."""
-    from convexperc.errors import ConvexpercError  # noqa: PLC0415 - keeps --help quick
+    """Files that cannot be read or written, and what is not what it should be, as misuse.
+
+    A missing extra passes: no option is to blame for it, and the entry point says it in one line.
+    """
+    from convexperc.errors import ConvexpercError, MissingExtraError  # noqa: PLC0415 - keeps --help quick
 
     try:
         yield
+    except MissingExtraError:
+        raise
     except (OSError, ConvexpercError) as problem:
         raise typer.BadParameter(str(problem), param_hint=hint) from None

@@ -25,7 +25,7 @@ def replay(
     Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale.
     """
     from convexperc.files import check_place, write_atomic  # noqa: PLC0415
-    from convexperc.report.figure import picture_kind  # noqa: PLC0415 - keeps --help quick
+    from convexperc.report import picture_kind  # noqa: PLC0415 - keeps --help quick
     from verification.checks.catalogue import CHECKS  # noqa: PLC0415
     from verification.replay import replay as again  # noqa: PLC0415
 

@@ -9,6 +9,8 @@ import typer
 from rich.console import Console
 from rich.table import Table as Grid
 
+from verification.commands.misuse import misuse
+
 Seed = Annotated[int, typer.Option(min=0, help="Seed of every family's stream.")]
 File = Annotated[Path | None, typer.Option("--json", help="Write everything to this file.", dir_okay=False)]
 
@@ -114,10 +116,9 @@ def bench(
 ) -> None:
     """Time the library beside other solvers, all held to the same gap by the same judge."""
     from convexperc.files import write_atomic  # noqa: PLC0415
-    from convexperc.report.figure import picture_kind  # noqa: PLC0415 - keeps --help quick
+    from convexperc.report import picture_kind  # noqa: PLC0415 - keeps --help quick
     from verification.bench import screen as report  # noqa: PLC0415
     from verification.bench.floor import growth as grow  # noqa: PLC0415
-    from verification.bench.growth_plot import growth_plot  # noqa: PLC0415
     from verification.bench.instances import SHAPES, Instance  # noqa: PLC0415
     from verification.bench.picture_frames import picture_times  # noqa: PLC0415
     from verification.bench.proof_times import proof_times  # noqa: PLC0415
@@ -125,7 +126,8 @@ def bench(
 
     if plot is not None and not growth:
         raise typer.BadParameter("--plot needs --growth")
-    kind = None if plot is None else picture_kind(plot)
+    with misuse("--plot"):
+        kind = None if plot is None else picture_kind(plot)
     names = instances.split(",")
     if unknown := [name for name in names if name not in SHAPES]:
         raise typer.BadParameter(f"unknown: {', '.join(unknown)}; known: {', '.join(SHAPES)}")
@@ -145,6 +147,8 @@ def bench(
     if growth:
         console.print(report.growth_table(grown))
     if plot is not None and kind is not None:
+        from verification.bench.growth_plot import growth_plot  # noqa: PLC0415 - Matplotlib comes with an extra
+
         write_atomic(plot, growth_plot(grown, kind))
     console.print_json(data=report.machine())
     _write(json_file, report.as_json(outcomes, frames, grown, proofs, seen))

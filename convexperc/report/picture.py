@@ -1,0 +1,60 @@
+"""A recognition as a picture: what is asked is checked here, without Matplotlib; `figure` draws it."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from convexperc.errors import InputError, require
+from convexperc.features.pictures import Picture
+from convexperc.recognition.recognition import Recognition
+
+KINDS = ("png", "svg")
+
+
+def picture_kind(path: str | os.PathLike[str]) -> str:
+    """Tell by the suffix what is to be drawn, ``"png"`` or ``"svg"``; ask it before the work, not after it.
+
+    Raises
+    ------
+    InputError
+        Another suffix.
+    MissingExtraError
+        Matplotlib is not installed.
+    """
+    kind = Path(path).suffix.lower().removeprefix(".")
+    if kind not in KINDS:
+        raise InputError(f"picture {os.fspath(path)}", value=kind, must="must end in .png or .svg")
+    _require_matplotlib()
+    return kind
+
+
+def recognition_picture(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
+    """Draw a recognition; the same input gives the same bytes.
+
+    Parameters
+    ----------
+    recognition : Recognition
+    views : mapping of str to uint8 (h, w, 3)
+        The picture of each of the recognition's views.
+    kind : {"png", "svg"}
+
+    Raises
+    ------
+    InputError
+        A view has no picture, or another `kind`.
+    MissingExtraError
+        Matplotlib is not installed.
+    """
+    if kind not in KINDS:
+        raise InputError("kind", value=kind, must=f"must be one of {KINDS}")
+    missing = [name for name in recognition.views if name not in views]
+    if missing:
+        raise InputError("views", value=missing, must="must hold a picture of every view")
+    _require_matplotlib()
+    from convexperc.report import figure  # noqa: PLC0415 - Matplotlib comes with an extra
+
+    return figure.draw(recognition, views, kind)
+
+
+def _require_matplotlib() -> None:
+    require("matplotlib", "plot", "the picture")
