@@ -1,4 +1,4 @@
-"""Algorithm 1 against exact rational arithmetic: what each reading does, and what it does not."""
+"""Algorithm 1 against exact rational arithmetic: what each variant does, and what it does not."""
 
 import pickle
 from collections.abc import Callable, Sequence
@@ -12,20 +12,21 @@ import pytest
 from convexperc.errors import InputError, PointError
 from convexperc.problem.formulation import objective
 from convexperc.problem.problem import Problem
-from convexperc.solvers.paper.loop import Order, PaperTrace, Stop, run
-from convexperc.solvers.paper.readings import (
+from convexperc.solvers.paper import Order, PaperTrace, Stop
+from convexperc.solvers.paper.loop import run
+from convexperc.solvers.paper.systems import LinearSolver, derivative_u, derivative_w
+from convexperc.solvers.paper.trace import RISE_ROUNDING
+from convexperc.solvers.paper.variants import (
     ABSOLUTE,
     APPENDIX_FULL,
     APPENDIX_HALF,
     CORRECTED,
     PRINTED,
-    READINGS,
     SMOOTHED,
-    Reading,
+    VARIANTS,
+    UpdateVariant,
     smoothed,
 )
-from convexperc.solvers.paper.systems import LinearSolver, derivative_u, derivative_w
-from convexperc.solvers.paper.trace import RISE_ROUNDING
 
 DESCENDING = (ABSOLUTE, CORRECTED, SMOOTHED)
 ORDERS, SOLVERS, HALF = tuple(Order), tuple(LinearSolver), Fraction(1, 2)
@@ -163,7 +164,7 @@ def test_exact_optima_of_the_counterexamples(
 
 
 def test_printed_sign_raises_the_objective() -> None:
-    trace = run(SIGN.problem(), reading="printed", keep_iterates=True)
+    trace = run(SIGN.problem(), variant="printed", keep_iterates=True)
     assert trace.path_w[:, 0].tolist() == [-1.0, -2.0, -2.0], trace.path_w
     assert trace.F.tolist() == [4.0, 9.0, 9.0], trace.F
     assert trace.rises().tolist() == [1], trace.rises()
@@ -177,26 +178,26 @@ def test_printed_sign_raises_the_objective() -> None:
 @pytest.mark.parametrize("linear_solver", SOLVERS)
 def test_printed_sign_makes_a_system_singular(linear_solver: LinearSolver) -> None:
     problem = SINGULAR.problem()
-    trace = run(problem, reading=PRINTED, linear_solver=linear_solver)
+    trace = run(problem, variant=PRINTED, linear_solver=linear_solver)
     assert (trace.stop, trace.iterations, trace.w.tolist()) == (Stop.SINGULAR, 0, [-2.0]), trace
-    held = run(problem, reading=PRINTED, linear_solver=linear_solver, on_singular="minimum_norm")
+    held = run(problem, variant=PRINTED, linear_solver=linear_solver, on_singular="minimum_norm")
     assert (held.stop, held.w.tolist(), held.F[-1]) == (Stop.CONVERGED, [0.0], 4.0), held
 
 
 def test_printed_sign_can_blow_up() -> None:
     problem = Problem([[1.0]], [-1.0], lambda1=1, lambda2=8 * (1 - 1e-13), lambda3=0)
-    trace = run(problem, reading=PRINTED)
+    trace = run(problem, variant=PRINTED)
     assert trace.stop is Stop.DIVERGED, (trace.stop, trace.F)
     assert np.isfinite(trace.w).all(), trace.w
     cancelled = Problem([[1.0]], [-1.0], lambda1=1, lambda2=float(np.nextafter(8, 0)), lambda3=0)
-    stopped = run(cancelled, reading=PRINTED)
+    stopped = run(cancelled, variant=PRINTED)
     assert (stopped.stop, stopped.iterations) == (Stop.SINGULAR, 0), (stopped.stop, stopped.F)
 
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_absolute_has_the_wrong_limit(order: Order) -> None:
     problem = LIMIT.problem()
-    wrong, right = (run(problem, reading=r, order=order, tolerance=1e-13) for r in (ABSOLUTE, CORRECTED))
+    wrong, right = (run(problem, variant=r, order=order, tolerance=1e-13) for r in (ABSOLUTE, CORRECTED))
     np.testing.assert_allclose([wrong.w[0], wrong.F[-1]], [3 / 4, 13 / 16], rtol=1e-11)
     np.testing.assert_allclose([right.w[0], right.F[-1]], [1 / 2, 3 / 4], rtol=1e-11)
     assert LIMIT.value(fractions("3/4", "3/4")) == Fraction(13, 16)
@@ -205,7 +206,7 @@ def test_absolute_has_the_wrong_limit(order: Order) -> None:
 
 
 def test_absolute_climbs_from_the_optimum_itself() -> None:
-    trace = run(LIMIT.problem(), reading=ABSOLUTE, start=([0.5], [0.5]), max_iterations=1)
+    trace = run(LIMIT.problem(), variant=ABSOLUTE, start=([0.5], [0.5]), max_iterations=1)
     x = LIMIT.step(fractions(HALF, HALF), HALF, Order.GAUSS_SEIDEL)
     assert (LIMIT.value(fractions(HALF, HALF)), LIMIT.value(x)) == (Fraction(3, 4), Fraction(19, 25)), x
     np.testing.assert_allclose(trace.F, [3 / 4, 19 / 25], rtol=1e-15)
@@ -223,7 +224,7 @@ def test_absolute_climbs_from_the_start_of_the_paper() -> None:
     rises = [i for i in range(1, len(exact)) if exact[i] > exact[i - 1]]
     assert rises == [7], [float(value) for value in exact]
     assert float(exact[7] - exact[6]) == pytest.approx(0.0034338235412328, rel=1e-10)
-    trace = run(RISING.problem(), reading=ABSOLUTE)
+    trace = run(RISING.problem(), variant=ABSOLUTE)
     np.testing.assert_allclose(trace.F[:8], [float(value) for value in exact], rtol=1e-11)
     assert trace.rises()[0] == 7, trace.rises()
     assert trace.own_rises().size == 0, trace.own
@@ -231,7 +232,7 @@ def test_absolute_climbs_from_the_start_of_the_paper() -> None:
 
 def test_absolute_climbs_in_jacobi_order_too() -> None:
     """Ten exact steps would cost seconds: only the tenth is exact, from the float iterate before it."""
-    trace = run(RISING.problem(), reading=ABSOLUTE, order=Order.JACOBI, keep_iterates=True)
+    trace = run(RISING.problem(), variant=ABSOLUTE, order=Order.JACOBI, keep_iterates=True)
     assert trace.rises()[0] == 10, trace.rises()
     before = fractions(*trace.path_w[9].tolist(), *trace.path_u[9].tolist())
     after = RISING.step(before, HALF, Order.JACOBI)
@@ -253,7 +254,7 @@ def test_an_exact_zero_stays_locked(
 ) -> None:
     problem = case.problem()
     options: dict[str, Any] = {"order": order, "linear_solver": linear_solver}
-    trace = run(problem, reading=CORRECTED, start=start, **options)
+    trace = run(problem, variant=CORRECTED, start=start, **options)
     zero = locked[0] if locked[0] is not None else case.n + int(locked[1] or 0)
     assert trace.stop is Stop.LOCKED_AT_ZERO, (trace.stop, trace.w, trace.u)
     assert trace.F[-1] == pytest.approx(float(case.optimum([zero])[0]), rel=1e-9), trace.F[-1]
@@ -262,14 +263,14 @@ def test_an_exact_zero_stays_locked(
     assert (trace.locked_views, trace.locked_modalities) == named, trace
     for point in (start, (trace.w, trace.u)):
         w0, u0 = (np.where(np.array(part) == 0, 1e-17, part) for part in point)
-        escaped = run(problem, reading=CORRECTED, start=(w0, u0), **options)
+        escaped = run(problem, variant=CORRECTED, start=(w0, u0), **options)
         assert escaped.stop is Stop.CONVERGED, (point, escaped.stop, escaped.iterations)
         assert escaped.F[-1] == pytest.approx(float(case.optimum()[0]), rel=1e-9), (point, escaped.F[-1])
 
 
 @pytest.mark.parametrize("case", [LOCKED_W, LOCKED_U], ids=["w", "u"])
 def test_the_start_in_float64_decides_whether_it_locks(case: Exact) -> None:
-    trace = run(case.problem(), reading=CORRECTED, keep_iterates=True)
+    trace = run(case.problem(), variant=CORRECTED, keep_iterates=True)
     start, zero = np.concatenate([trace.path_w[0], trace.path_u[0]]), 1 if case is LOCKED_W else 3
     exactly = start[zero] == 0.0
     expected = case.optimum([zero] if exactly else [])[0]
@@ -279,7 +280,7 @@ def test_the_start_in_float64_decides_whether_it_locks(case: Exact) -> None:
 
 
 def test_a_zero_that_belongs_there_is_not_locked() -> None:
-    for lambda2, reading, stop in [
+    for lambda2, variant, stop in [
         (3, CORRECTED, Stop.CONVERGED),
         (3, ABSOLUTE, Stop.LOCKED_AT_ZERO),
         (1.9, CORRECTED, Stop.LOCKED_AT_ZERO),
@@ -287,38 +288,38 @@ def test_a_zero_that_belongs_there_is_not_locked() -> None:
         (1.9, SMOOTHED, Stop.CONVERGED),
     ]:
         problem = Problem([[1]], [1], lambda1=1, lambda2=lambda2, lambda3=0)
-        trace = run(problem, reading=reading, start=([0], [0]))
-        assert trace.stop is stop, (lambda2, reading.name, trace.stop, trace.w)
-    for lambda3, reading, stop in [
+        trace = run(problem, variant=variant, start=([0], [0]))
+        assert trace.stop is stop, (lambda2, variant.name, trace.stop, trace.w)
+    for lambda3, variant, stop in [
         (1.5, CORRECTED, Stop.CONVERGED),
         (1.5, ABSOLUTE, Stop.LOCKED_AT_ZERO),
         (0.9, CORRECTED, Stop.LOCKED_AT_ZERO),
         (1.5, APPENDIX_HALF, Stop.CONVERGED),
     ]:
         problem = Problem([[1]], [1], lambda1=1, lambda2=0, lambda3=lambda3)
-        trace = run(problem, reading=reading, start=([0.5], [0]))
-        assert trace.stop is stop, (lambda3, reading.name, trace.stop, trace.u)
+        trace = run(problem, variant=variant, start=([0.5], [0]))
+        assert trace.stop is stop, (lambda3, variant.name, trace.stop, trace.u)
 
 
 def test_only_a_penalised_entry_is_waited_for() -> None:
     for weight, waits in ((0.0, False), (1e-25, True)):
         problem = Problem(np.eye(2), [1, 1e-20], lambda1=1, lambda2=weight, lambda3=weight, modalities=[1, 1])
-        trace = run(problem, reading=CORRECTED, start=([1, 1e-22], [1, 1e-22]))
+        trace = run(problem, variant=CORRECTED, start=([1, 1e-22], [1, 1e-22]))
         assert trace.stop is Stop.CONVERGED, trace.stop
         assert (trace.iterations > 1) == waits, (weight, trace.iterations)
 
 
 @pytest.mark.parametrize(
-    ("reading", "w", "value"),
+    ("variant", "w", "value"),
     [(APPENDIX_FULL, ("9/4", "3/4"), "53/8"), (APPENDIX_HALF, ("21/8", "7/8"), "229/32")],
     ids=["full", "half"],
 )
-def test_appendix_shrinks_every_view_alike(reading: Reading, w: tuple[str, str], value: str) -> None:
+def test_appendix_shrinks_every_view_alike(variant: UpdateVariant, w: tuple[str, str], value: str) -> None:
     case = Exact([[1, 0], [0, 1]], [3, 1], 0, 2, 1)
     point = fractions(*w, 0, 0)
     assert case.optimum() == (Fraction(6), fractions(2, 0, 0, 0)), case.optimum()
     assert case.value(point) == Fraction(value), case.value(point)
-    trace = run(case.problem(), reading=reading, tolerance=1e-13)
+    trace = run(case.problem(), variant=variant, tolerance=1e-13)
     np.testing.assert_allclose(trace.w, [float(v) for v in point[:2]], rtol=1e-11)
     assert trace.F[-1] == pytest.approx(float(Fraction(value)), rel=1e-11), trace.F[-1]
     assert trace.own.shape == (0,), trace.own
@@ -347,15 +348,15 @@ def lower_bound(problem: Problem, w: np.ndarray, u: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("reading", READINGS, ids=lambda reading: reading.name)
+@pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.name)
 @pytest.mark.parametrize("shape", [(3, [4, 3]), (2, [2]), (6, [2, 1])], ids=["n<d", "n=d", "n>d"])
 def test_direct_and_woodbury_are_one_iteration(
-    shape: tuple[int, list[int]], reading: Reading, order: Order
+    shape: tuple[int, list[int]], variant: UpdateVariant, order: Order
 ) -> None:
     for seed in range(4):
         problem = random_problem(seed, shape)
         options: dict[str, Any] = {
-            "reading": reading,
+            "variant": variant,
             "order": order,
             "max_iterations": 12,
             "keep_iterates": True,
@@ -370,14 +371,14 @@ def test_direct_and_woodbury_are_one_iteration(
 
 
 @pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("reading", DESCENDING, ids=lambda reading: reading.name)
-def test_own_objective_never_rises(reading: Reading, order: Order) -> None:
+@pytest.mark.parametrize("variant", DESCENDING, ids=lambda variant: variant.name)
+def test_own_objective_never_rises(variant: UpdateVariant, order: Order) -> None:
     """Jacobi too: the Hessian stays positive semidefinite when its coupling of w and u changes sign."""
     for seed in range(12):
         problem = random_problem(seed)
         rng = np.random.default_rng(seed)
         for start in (None, (rng.normal(size=problem.n), 10 * rng.normal(size=problem.d))):
-            trace = run(problem, reading=reading, order=order, max_iterations=30, start=start)
+            trace = run(problem, variant=variant, order=order, max_iterations=30, start=start)
             assert trace.own.shape == trace.F.shape, (trace.own.shape, trace.F.shape)
             assert trace.own_rises().size == 0, (seed, np.diff(trace.own).max(), trace.scale)
             assert trace.own[-1] < trace.own[0], (seed, trace.own)
@@ -387,7 +388,7 @@ def test_own_objective_never_rises(reading: Reading, order: Order) -> None:
 def test_corrected_reaches_the_optimum(order: Order) -> None:
     for seed in range(5):
         problem = random_problem(seed)
-        trace = run(problem, reading=CORRECTED, order=order)
+        trace = run(problem, variant=CORRECTED, order=order)
         low = lower_bound(problem, trace.w, trace.u)
         assert trace.stop is Stop.CONVERGED, (seed, trace.stop)
         assert low <= trace.F[-1] + RISE_ROUNDING * trace.scale, (seed, low, trace.F[-1])
@@ -403,7 +404,7 @@ def test_absolute_is_corrected_with_half_the_lambdas() -> None:
             problem.X, problem.o, modalities=problem.modalities, lambda1=l1, lambda2=l2 / 2, lambda3=l3 / 2
         )
         one, other = (
-            run(p, reading=r, max_iterations=40) for p, r in ((problem, ABSOLUTE), (halved, CORRECTED))
+            run(p, variant=r, max_iterations=40) for p, r in ((problem, ABSOLUTE), (halved, CORRECTED))
         )
         np.testing.assert_array_equal(one.w, other.w)
         np.testing.assert_array_equal(one.u, other.u)
@@ -414,7 +415,7 @@ def test_absolute_converges_to_the_optimum_of_the_halved_problem_exactly_referee
     case = RISING
     halved = Exact(case.X, case.o, case.l1, case.l2 / 2, case.l3 / 2)
     value, x = halved.optimum()
-    trace = run(case.problem(), reading=ABSOLUTE, tolerance=1e-13)
+    trace = run(case.problem(), variant=ABSOLUTE, tolerance=1e-13)
     assert value == Fraction(6191, 3208), value
     assert trace.own[-1] == pytest.approx(float(value), rel=1e-11), trace.own[-1]
     np.testing.assert_allclose(np.concatenate([trace.w, trace.u]), [float(v) for v in x], atol=1e-9)
@@ -424,10 +425,10 @@ def test_absolute_converges_to_the_optimum_of_the_halved_problem_exactly_referee
 def test_smoothed_limit_is_within_its_bound(eps: float | None) -> None:
     for seed in range(3):
         problem = random_problem(seed)
-        trace = run(problem, reading=smoothed(eps))
-        best = run(problem, reading=CORRECTED)
+        trace = run(problem, variant=smoothed(eps))
+        best = run(problem, variant=CORRECTED)
         low = lower_bound(problem, best.w, best.u)
-        used = trace.reading.eps
+        used = trace.variant.eps
         assert used is not None
         loss = used * (problem.n * problem.lambda2 + problem.m * problem.lambda3)
         assert eps is not None or loss == pytest.approx(1e-6 * (problem.o @ problem.o), rel=1e-12), loss
@@ -444,7 +445,7 @@ def test_smoothed_limit_is_within_its_bound(eps: float | None) -> None:
 
 def test_smoothed_leaves_an_exact_zero() -> None:
     for case, start in ((LOCKED_W, ([1, 0], [1, -3])), (LOCKED_U, ([1, 0], [1, 0]))):
-        trace = run(case.problem(), reading=smoothed(1e-7), start=start)
+        trace = run(case.problem(), variant=smoothed(1e-7), start=start)
         best = float(case.optimum()[0])
         assert best - 1e-12 <= trace.F[-1] <= best + 1e-7 * 2 + 1e-12, (trace.F[-1], best)
 
@@ -453,13 +454,13 @@ def test_one_view_makes_the_appendix_agree() -> None:
     for seed in range(3):
         problem = random_problem(seed, (1, [2, 3]))
         for appendix, plain in ((APPENDIX_FULL, CORRECTED), (APPENDIX_HALF, ABSOLUTE)):
-            one, other = (run(problem, reading=r, max_iterations=50) for r in (appendix, plain))
+            one, other = (run(problem, variant=r, max_iterations=50) for r in (appendix, plain))
             np.testing.assert_array_equal(one.F, other.F)
 
 
 def test_readings_differ_where_they_should() -> None:
     problem = random_problem(3, (3, [2, 3]))
-    limits = {reading.name: run(problem, reading=reading).F[-1] for reading in READINGS}
+    limits = {variant.name: run(problem, variant=variant).F[-1] for variant in VARIANTS}
     best = limits["corrected"]
     for name, value in limits.items():
         near = name in ("corrected", "smoothed")
@@ -473,7 +474,7 @@ def test_derivatives_printed_and_corrected() -> None:
     problem = Problem([[1.0]], [0.0], lambda1=1, lambda2=4, lambda3=2)
     w, u = np.array([-1.0]), np.array([-1.0])
     found = [
-        f(problem, reading, w, u)[0] for reading in (CORRECTED, PRINTED) for f in (derivative_w, derivative_u)
+        f(problem, variant, w, u)[0] for variant in (CORRECTED, PRINTED) for f in (derivative_w, derivative_u)
     ]
     assert found == [-6.0, -2.0, 0.0, -1.0], found
 
@@ -492,12 +493,12 @@ def test_corrected_derivative_is_the_derivative() -> None:
     np.testing.assert_allclose(derivative_u(problem, CORRECTED, w, u), slopes_u, rtol=1e-6, atol=1e-6)
 
 
-@pytest.mark.parametrize("reading", READINGS, ids=lambda reading: reading.name)
-def test_a_fixed_point_zeroes_the_derivatives_of_its_reading(reading: Reading) -> None:
+@pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.name)
+def test_a_fixed_point_zeroes_the_derivatives_of_its_reading(variant: UpdateVariant) -> None:
     problem = random_problem(3, (2, [2, 2]), lambda2=0.1, lambda3=0.1)
-    trace = run(problem, reading=reading, tolerance=1e-11)
+    trace = run(problem, variant=variant, tolerance=1e-11)
     assert trace.stop is Stop.CONVERGED, trace.stop
-    slopes = [f(problem, trace.reading, trace.w, trace.u) for f in (derivative_w, derivative_u)]
+    slopes = [f(problem, trace.variant, trace.w, trace.u) for f in (derivative_w, derivative_u)]
     np.testing.assert_allclose(np.concatenate(slopes), 0.0, atol=1e-7 * trace.scale)
 
 
@@ -515,15 +516,15 @@ def test_any_lambda_may_be_zero(
     options: dict[str, Any] = {"linear_solver": linear_solver, "max_iterations": 20}
     n, d = problem.n, problem.d
     singular = (l1 == l2 == 0 and n > d) or (l3 == 0 and (n < d or l1 == 0))
-    for reading in READINGS:
-        plain = run(problem, reading=reading, **options)
-        assert (plain.stop is Stop.SINGULAR) == singular, (reading.name, plain.stop)
-        trace = run(problem, reading=reading, on_singular="minimum_norm", **options)
+    for variant in VARIANTS:
+        plain = run(problem, variant=variant, **options)
+        assert (plain.stop is Stop.SINGULAR) == singular, (variant.name, plain.stop)
+        trace = run(problem, variant=variant, on_singular="minimum_norm", **options)
         assert trace.iterations >= 1, trace
         assert np.isfinite(trace.F).all(), trace.F
-        assert trace.own_rises().size == 0, (reading.name, trace.own)
+        assert trace.own_rises().size == 0, (variant.name, trace.own)
         if l1 == 0:
-            assert not trace.u.any(), (reading.name, trace.u)
+            assert not trace.u.any(), (variant.name, trace.u)
         if l2 == l3 == 0:
             np.testing.assert_allclose(trace.F, trace.F[0], rtol=0, atol=1e-12 * trace.scale)
 
@@ -540,7 +541,7 @@ def test_without_lambda3_the_rank_decides(
         rng = np.random.default_rng(seed)
         X = rng.normal(size=(n, rank)) @ rng.normal(size=(rank, d))
         problem = Problem(X, rng.normal(size=d), lambda1=0.5, lambda2=0.2, lambda3=0)
-        options: dict[str, Any] = {"reading": CORRECTED, "linear_solver": linear_solver, "max_iterations": 20}
+        options: dict[str, Any] = {"variant": CORRECTED, "linear_solver": linear_solver, "max_iterations": 20}
         trace = run(problem, **options)
         assert (trace.stop is Stop.SINGULAR) == singular, (seed, trace.stop)
         held = run(problem, on_singular="minimum_norm", **options)
@@ -559,9 +560,9 @@ def test_duplicate_views_without_penalty_take_the_least_norm(order: Order) -> No
 def test_a_huge_diagonal_is_not_singular() -> None:
     problem = random_problem(0, (3, [2, 2]))
     start = (np.array([1.0, 1e-200, 1e-308]), np.array([1.0, 1.0, 1e-250, 1e-250]))
-    for reading, solver in product((PRINTED, CORRECTED), SOLVERS):
-        trace = run(problem, reading=reading, linear_solver=solver, start=start, max_iterations=5)
-        assert trace.iterations == 5, (reading.name, solver, trace.stop)
+    for variant, solver in product((PRINTED, CORRECTED), SOLVERS):
+        trace = run(problem, variant=variant, linear_solver=solver, start=start, max_iterations=5)
+        assert trace.iterations == 5, (variant.name, solver, trace.stop)
         assert np.isfinite(trace.F).all(), trace.F
 
 
@@ -590,14 +591,14 @@ def test_the_start_is_least_squares_of_least_norm() -> None:
 
 def test_trace_is_frozen_and_pickles() -> None:
     problem = random_problem(2)
-    trace = run(problem, reading="smoothed", keep_iterates=True, max_iterations=7, tolerance=0.0)
+    trace = run(problem, variant="smoothed", keep_iterates=True, max_iterations=7, tolerance=0.0)
     again: PaperTrace = pickle.loads(pickle.dumps(trace))
     for one in (trace, again):
         for name in ("w", "u", "F", "own", "steps", "path_w", "path_u"):
             array = getattr(one, name)
             assert not array.flags.writeable, name
             np.testing.assert_array_equal(array, getattr(trace, name))
-    assert (again.reading, again.stop, again.iterations) == (trace.reading, Stop.ITERATION_LIMIT, 7), again
+    assert (again.variant, again.stop, again.iterations) == (trace.variant, Stop.ITERATION_LIMIT, 7), again
     assert trace.steps.shape == (7, 2), trace.steps.shape
     np.testing.assert_array_equal(trace.path_u[-1], trace.u)
     change = np.linalg.norm(trace.path_w[1] - trace.path_w[0])
@@ -613,7 +614,7 @@ def test_trace_is_frozen_and_pickles() -> None:
 
 
 def test_rises_allow_for_rounding_only() -> None:
-    trace = run(SIGN.problem(), reading=PRINTED)
+    trace = run(SIGN.problem(), variant=PRINTED)
     assert trace.scale == 4.0, trace.scale
     assert trace.rises(1.24).tolist() == [1], trace.F
     assert trace.rises(1.26).tolist() == [], trace.F
@@ -621,8 +622,8 @@ def test_rises_allow_for_rounding_only() -> None:
 
 def test_names_and_members_are_the_same() -> None:
     problem = random_problem(4)
-    one = run(problem, reading="corrected", order="jacobi", linear_solver="woodbury", on_singular="stop")
-    other = run(problem, reading=CORRECTED, order=Order.JACOBI, linear_solver=LinearSolver.WOODBURY)
+    one = run(problem, variant="corrected", order="jacobi", linear_solver="woodbury", on_singular="stop")
+    other = run(problem, variant=CORRECTED, order=Order.JACOBI, linear_solver=LinearSolver.WOODBURY)
     np.testing.assert_array_equal(one.F, other.F)
     assert one.linear_solver is LinearSolver.WOODBURY, one.linear_solver
 
@@ -630,7 +631,7 @@ def test_names_and_members_are_the_same() -> None:
 @pytest.mark.parametrize(
     ("options", "error", "words"),
     [
-        ({"reading": "exact"}, InputError, "printed, absolute, corrected"),
+        ({"variant": "exact"}, InputError, "printed, absolute, corrected"),
         ({"order": "chaotic"}, InputError, "gauss_seidel, jacobi"),
         ({"linear_solver": "lu"}, InputError, "direct, woodbury"),
         ({"on_singular": "pray"}, InputError, "stop, minimum_norm"),

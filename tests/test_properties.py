@@ -10,15 +10,8 @@ from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
-from convexperc.solvers.paper.loop import (
-    ABSOLUTE,
-    CORRECTED,
-    PRINTED,
-    READINGS,
-    Reading,
-    Stop,
-    run,
-)
+from convexperc.solvers.paper import ABSOLUTE, CORRECTED, PRINTED, Stop
+from convexperc.solvers.paper.loop import READINGS, Reading, run
 from verification.checks.descent import distance_to_optimum
 from verification.families import EXTREME, FAMILIES, seeded
 from verification.referee import optimum, violations
@@ -32,7 +25,7 @@ DESCENDING = [reading for reading in READINGS if reading.own]
 
 def points(problem: Problem, t: float) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """A good point, the same a little off, and a bad one of size t."""
-    good = run(problem, reading=CORRECTED, max_iterations=50, on_singular="minimum_norm")
+    good = run(problem, variant=CORRECTED, max_iterations=50, on_singular="minimum_norm")
     flat = np.full(problem.n, t), np.full(problem.d, -t)
     return [("good", good.w, good.u), ("off", good.w * (1 + 1e-6), good.u), ("flat", *flat)]
 
@@ -151,7 +144,7 @@ def test_powers_of_two_change_nothing_but_the_units(problem: Problem, x: int, t:
 def test_the_corrected_algorithm_reaches_the_reference_unless_it_locks(problem: Problem) -> None:
     solution = solve(problem, REFERENCE)
     assert solution.status is Status.CERTIFIED, (problem, problem.X, problem.o, solution.certificate)
-    trace = run(problem, reading=CORRECTED, max_iterations=3000, tolerance=1e-12)
+    trace = run(problem, variant=CORRECTED, max_iterations=3000, tolerance=1e-12)
     assert trace.F[-1] >= solution.certificate.lower * (1 - 1e-12), (
         problem,
         trace.F[-1],
@@ -166,7 +159,7 @@ def test_the_corrected_algorithm_reaches_the_reference_unless_it_locks(problem: 
 @settings(max_examples=25)
 @given(problem=ORDINARY)
 def test_gauss_seidel_steps_never_raise_what_a_reading_descends(reading: Reading, problem: Problem) -> None:
-    trace = run(problem, reading=reading, max_iterations=100)
+    trace = run(problem, variant=reading, max_iterations=100)
     rises = trace.own_rises()
     assert rises.size == 0, (
         reading.name,
@@ -182,7 +175,7 @@ def test_gauss_seidel_steps_never_raise_what_a_reading_descends(reading: Reading
 @given(problem=degenerate_problems())
 def test_the_corrected_reading_descends_f_itself(problem: Problem) -> None:
     with np.errstate(over="ignore", invalid="ignore"):
-        trace = run(problem, reading=CORRECTED, max_iterations=100)
+        trace = run(problem, variant=CORRECTED, max_iterations=100)
     assume(np.isfinite(trace.F).all())  # the paper's loop works on the data as given: float64 may overflow
     assert trace.own == pytest.approx(trace.F, rel=1e-12), (problem, trace.F, trace.own)
     assert trace.rises().size == 0, (problem, problem.X, problem.o, trace.F)
@@ -190,7 +183,7 @@ def test_the_corrected_reading_descends_f_itself(problem: Problem) -> None:
 
 def test_the_printed_reading_raises_f() -> None:
     problem = Problem([[1.0]], [-1.0], lambda1=1, lambda2=4, lambda3=0)
-    trace = run(problem, reading=PRINTED)
+    trace = run(problem, variant=PRINTED)
     assert trace.rises().size > 0, trace.F
     assert (trace.F[0], trace.F.max()) == pytest.approx((4.0, 9.0)), trace.F
 
@@ -199,6 +192,6 @@ def test_the_absolute_reading_raises_f_though_not_its_own_objective() -> None:
     problem = Problem(
         [[1.0, -3.0], [-1.0, 2.0]], [1.0, -4.0], modalities=[1, 1], lambda1=2, lambda2=2, lambda3=2
     )
-    trace = run(problem, reading=ABSOLUTE)
+    trace = run(problem, variant=ABSOLUTE)
     assert trace.rises().size > 0, trace.F
     assert trace.own_rises().size == 0, trace.own

@@ -31,7 +31,7 @@ app.command()(solvers.bench)
 MISUSE = 2
 """Exit code of misuse, typer's own."""
 
-VERIFY = ("hypothesis", "jinja2", "joblib", "matplotlib", "z3")
+VERIFY = ("hypothesis", "jinja2", "joblib", "jsonschema", "matplotlib", "z3")
 """Modules that the extra `verify` brings; a command imports what it needs before it does anything."""
 
 

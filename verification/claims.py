@@ -98,9 +98,9 @@ class Claim:
 
 
 READINGS = ("printed", "absolute", "corrected", "appendix_half", "appendix_full", "smoothed")
-"""The readings of the update, as `convexperc.solvers.paper.readings` names them."""
+"""The readings of the update, as `convexperc.solvers.paper.variants` names them."""
 ORDERS = ("gauss_seidel", "jacobi")
-"""Which w the update of u sees, as `convexperc.solvers.paper.readings` names it."""
+"""Which w the update of u sees, as `convexperc.solvers.paper.variants` names it."""
 
 
 def _claim(data: dict[str, Any]) -> Claim:

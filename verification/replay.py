@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from convexperc.errors import InputError, require
-from convexperc.solvers.paper.readings import SMOOTHED
+from convexperc.solvers.paper.variants import SMOOTHED
 from verification.checks.interface import Check
 from verification.claims import PARTS
 from verification.counterexamples.confirmation import Confirmation, Line, minus, shown

@@ -30,7 +30,7 @@ def counterexample() -> dict[str, Any]:
     problem = Problem([[1.0]], [-1.0], lambda1=1.0, lambda2=4.0, lambda3=0.0)
     proof = solve(problem).certificate
     runs = {
-        reading: run(problem, reading=reading, max_iterations=SHOWN, tolerance=0.0).F.tolist()
+        reading: run(problem, variant=reading, max_iterations=SHOWN, tolerance=0.0).F.tolist()
         for reading in READINGS
     }
     title = "n = d = 1, X = 1, o = -1, lambda1 = 1, lambda2 = 4, lambda3 = 0"
@@ -64,7 +64,7 @@ def rate() -> dict[str, Any]:
 def _gaps(problem: Problem, reading: str) -> list[float]:
     """(F(k) - F*) / F* against the upper end of the proved interval, as long as it is more than rounding."""
     upper = solve(problem).certificate.upper
-    F = run(problem, reading=reading, max_iterations=LONG, tolerance=0.0, on_singular="minimum_norm").F
+    F = run(problem, variant=reading, max_iterations=LONG, tolerance=0.0, on_singular="minimum_norm").F
     gaps = (F - upper) / upper
     end = int(np.argmax(gaps <= FLOOR)) or len(gaps)
     return [float(gap) for gap in gaps[:end]]

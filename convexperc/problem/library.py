@@ -1,7 +1,7 @@
-"""The known objects: a library of templates that is read and checked once, and used for many sets of views."""
+"""The known objects: a library of templates, checked and measured once, and used for many sets of views."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -33,14 +33,13 @@ class TemplateLibrary:
 
     Notes
     -----
-    The squared lengths, and the check that every number is finite, cost one pass over O. It is made once, with
-    the first set of views or when they are asked for.
+    The squared lengths, and the check that every number is finite, cost one pass over O. It is made once,
+    with the first set of views or when they are asked for.
     """
 
     O: Any  # noqa: E741 - the paper's symbol
     names: tuple[str, ...]
     modalities: Modalities
-    _measured: list["Lengths"] = field(default_factory=list, repr=False)
 
     @classmethod
     def of(
@@ -103,9 +102,9 @@ class TemplateLibrary:
     @property
     def measured(self) -> bool:
         """Whether the pass over O has been made."""
-        return bool(self._measured)
+        return "lengths" in self.__dict__
 
-    @property
+    @cached_property
     def lengths(self) -> "Lengths":
         """Squared lengths and exponents of all templates; every number is finite.
 
@@ -114,16 +113,18 @@ class TemplateLibrary:
         ProblemError
             A number is NaN or infinite.
         """
-        if not self._measured:
-            squares = np.empty(len(self))
-            for chosen, block in self.blocks():
-                squares[chosen] = squared_lengths(block, chosen.start)
-            self.keep(squares)
-        return self._measured[0]
+        squares = np.empty(len(self))
+        for chosen, block in self.blocks():
+            squares[chosen] = squared_lengths(block, chosen.start)
+        return Lengths(squares)
 
     def keep(self, squares: Float[np.ndarray, " p"]) -> None:
         """Take over the squared lengths of all templates, from `squared_lengths` block by block."""
-        self._measured[:] = [Lengths(squares)]
+        self.__dict__["lengths"] = Lengths(squares)
+
+    def __repr__(self) -> str:
+        sizes = dict(zip(self.modalities.names, self.modalities.sizes, strict=True))
+        return f"TemplateLibrary(p={len(self)}, d={self.d}, modalities={sizes})"
 
 
 @dataclass(frozen=True, eq=False)

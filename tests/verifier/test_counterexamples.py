@@ -232,7 +232,7 @@ def test_elimination_counts_what_it_does() -> None:
 
 def test_a_rise_in_floats_becomes_a_record(tmp_path: Path) -> None:
     problem = Problem([[1, -3], [-1, 2]], [1, -4], lambda1=2, lambda2=2, lambda3=2, modalities=[1, 1])
-    trace = run(problem, reading="absolute", keep_iterates=True)
+    trace = run(problem, variant="absolute", keep_iterates=True)
     at = int(trace.rises()[0])
     update = Update("absolute", "gauss_seidel")
     record = rise_record(

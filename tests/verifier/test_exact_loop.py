@@ -108,11 +108,11 @@ def test_the_loop_of_the_library_agrees(family: str) -> None:
     for index in range(4):
         problem = seeded(family, 5, index, largest=(3, 6))
         for name, order in product(SIZES, ORDERS):
-            trace = run(problem, reading=name, order=order, max_iterations=1, keep_iterates=True)
+            trace = run(problem, variant=name, order=order, max_iterations=1, keep_iterates=True)
             if trace.iterations < 1:
                 continue
             update = Update(
-                name, order, Fraction(trace.reading.eps or 0) if name == "smoothed" else Fraction(0)
+                name, order, Fraction(trace.variant.eps or 0) if name == "smoothed" else Fraction(0)
             )
             found = rise_confirmed(problem, update, trace.path_w[0], trace.path_u[0])
             assert found.after is not None, (family, index, name)

@@ -15,7 +15,8 @@ from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
 from convexperc.solvers.interface import SolverResult
-from convexperc.solvers.paper.loop import CORRECTED, run
+from convexperc.solvers.paper import CORRECTED
+from convexperc.solvers.paper.loop import run
 from verification.families import seeded
 from verification.oracles import objective
 from verification.referee import Optimum, violations
@@ -48,7 +49,7 @@ class Judged:
 def judged(family: str, index: int) -> Judged:
     problem = seeded(family, 21, index, largest=SMALL)
     rng = np.random.default_rng(index)
-    good = run(problem, reading=CORRECTED, max_iterations=400, on_singular="minimum_norm")
+    good = run(problem, variant=CORRECTED, max_iterations=400, on_singular="minimum_norm")
     noise_w, noise_u = rng.standard_normal(problem.n), rng.standard_normal(problem.d)
     points = [
         (good.w * (1 + size * noise_w), good.u * (1 + size * noise_u)) for size in (0.0, 1e-9, 1e-4, 0.1)

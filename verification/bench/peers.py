@@ -74,7 +74,7 @@ class Paper(Posed):
 
         trace = run(
             self.problem,
-            reading=self.reading,
+            variant=self.reading,
             linear_solver=self.linear_solver,
             tolerance=self.tolerance,
             max_iterations=IDLE,

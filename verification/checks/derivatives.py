@@ -12,7 +12,7 @@ from convexperc.problem import optimality
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.problem import Problem
 from convexperc.solvers.paper import systems as paper_systems
-from convexperc.solvers.paper.readings import CORRECTED, PRINTED
+from convexperc.solvers.paper.variants import CORRECTED, PRINTED
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import LARGE, ULP, Data, drawn_point, exact, inner, number, share
 from verification.evidence import Outcome

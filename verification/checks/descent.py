@@ -12,7 +12,8 @@ from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
-from convexperc.solvers.paper.loop import PaperTrace, Stop, run
+from convexperc.solvers.paper import PaperTrace, Stop
+from convexperc.solvers.paper.loop import run
 from verification.checks.interface import Check, Observation
 from verification.claims import ORDERS, READINGS
 from verification.evidence import Outcome
@@ -54,7 +55,7 @@ class Descent:
     def __call__(self, problem: Problem, source: Source) -> Iterator[Observation]:
         """Run the loop once and look at it."""
         trace = run(
-            problem, reading=self.reading, order=self.order, max_iterations=ITERATIONS, keep_iterates=True
+            problem, variant=self.reading, order=self.order, max_iterations=ITERATIONS, keep_iterates=True
         )
         proof = _certificate(problem)
         yield self._descends(problem, trace)
@@ -162,7 +163,7 @@ class Descent:
             return None
 
     def _update(self, trace: PaperTrace) -> Update:
-        eps = trace.reading.eps if trace.reading.name == "smoothed" else None
+        eps = trace.variant.eps if trace.variant.name == "smoothed" else None
         return Update(self.reading, self.order, Fraction(eps or 0.0))
 
     def _exactly(self, problem: Problem, trace: PaperTrace, at: int) -> Rise | None:
@@ -201,9 +202,9 @@ def own_objective(problem: Problem, trace: PaperTrace, w: Entries, u: Entries) -
     ||X'w - o||^2 + lambda1 ||Xu - w||^2 + f (lambda2 sum_j s(w_j) + lambda3 sum_i s(||u^i||)),
     s(t) = sqrt(t^2 + e^2), with f = 1/2, e = 0 for the absolute update and f = 1, e = eps for the smoothed.
     """
-    smoothed = trace.reading.name == "smoothed"
+    smoothed = trace.variant.name == "smoothed"
     factor = Fraction(1) if smoothed else Fraction(1, 2)
-    eps = Fraction(trace.reading.eps or 0.0) if smoothed else Fraction(0)
+    eps = Fraction(trace.variant.eps or 0.0) if smoothed else Fraction(0)
     squares = Problem(problem.X, problem.o, lambda1=problem.lambda1, lambda2=0.0, lambda3=0.0)
     w_, u_ = rational_vector(w), rational_vector(u)
     views = sum((square_root(x * x + eps * eps).lower for x in w_), Fraction(0))
@@ -271,7 +272,7 @@ def _distance(problem: Problem, trace: PaperTrace, proof: Certificate | None) ->
     part = "T1c/smoothed_distance"
     if proof is None or trace.stop is not Stop.CONVERGED or not _tells(problem, trace):
         return Observation(part, Outcome.UNDECIDED, detail=trace.stop.value)
-    allowed = (trace.reading.eps or 0.0) * (problem.n * problem.lambda2 + problem.m * problem.lambda3)
+    allowed = (trace.variant.eps or 0.0) * (problem.n * problem.lambda2 + problem.m * problem.lambda3)
     allowed += REACHED * proof.lower + REACHED_FLOOR * float(problem.o @ problem.o)
     used = (float(trace.F[-1]) - proof.lower) / allowed if allowed > 0.0 else 0.0
     return Observation.of(part, used <= 1.0, max(0.0, used), f"{used:.3g} of the allowed distance")

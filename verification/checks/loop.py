@@ -7,7 +7,8 @@ from fractions import Fraction
 import numpy as np
 
 from convexperc.problem.problem import Problem
-from convexperc.solvers.paper.loop import LinearSolver, PaperTrace, Stop, run
+from convexperc.solvers.paper import LinearSolver, PaperTrace, Stop
+from convexperc.solvers.paper.loop import run
 from verification.checks.interface import Check, Observation
 from verification.checks.rational import drawn_point
 from verification.claims import ORDERS, READINGS
@@ -53,7 +54,7 @@ def loop(problem: Problem, source: Source) -> Iterator[Observation]:
     start = drawn_point(problem, source) if source.integer(0, 1) else None
     trace = run(
         problem,
-        reading=reading,
+        variant=reading,
         order=order,
         linear_solver=solver,
         max_iterations=steps,
@@ -75,8 +76,8 @@ def _step(problem: Problem, trace: PaperTrace, name: str) -> Observation:
         return Observation(part, Outcome.UNDECIDED, detail=f"{name}: overflow before the iteration")
     w_next, u_next = trace.path_w[last], trace.path_u[last]
     seen = w_next if trace.order.value == "gauss_seidel" else w
-    eps = Fraction(trace.reading.eps or 0.0)
-    systems = Systems(problem, trace.reading.name, eps)
+    eps = Fraction(trace.variant.eps or 0.0)
+    systems = Systems(problem, trace.variant.name, eps)
     error = max(systems.error_of_w(w, u, w_next), systems.error_of_u(u, seen, u_next))
     measure = float(error) / BACKWARD[trace.linear_solver]
     detail = f"{name}, iteration {last}: residual {float(error):.3g} of its terms"

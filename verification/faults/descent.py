@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.solvers.paper.readings import SMOOTHED, Size
+from convexperc.solvers.paper.variants import SMOOTHED, Size
 from verification.checks import descent
 from verification.exact_arithmetic import inner
 from verification.exact_update import Update

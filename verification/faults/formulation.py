@@ -10,7 +10,7 @@ from convexperc.certificate import lambda_max as critical
 from convexperc.problem import formulation as objective
 from convexperc.problem.problem import Problem
 from convexperc.solvers.paper import systems as paper_systems
-from convexperc.solvers.paper.readings import ABSOLUTE, CORRECTED
+from convexperc.solvers.paper.variants import ABSOLUTE, CORRECTED
 from verification.checks import lemmas
 from verification.checks.rational import squares
 from verification.faults.fault import Fault, Plant, everywhere, replaced, wrapped

@@ -8,8 +8,8 @@ import numpy as np
 
 from convexperc.solvers.paper import loop as paper
 from convexperc.solvers.paper import systems as paper_systems
-from convexperc.solvers.paper.readings import ABSOLUTE, CORRECTED, Diagonal, Reading, Size
 from convexperc.solvers.paper.trace import Log, PaperTrace
+from convexperc.solvers.paper.variants import ABSOLUTE, CORRECTED, Diagonal, Size, UpdateVariant
 from verification.faults.fault import Fault, Plant, Setter, replaced, together, wrapped
 from verification.faults.formulation import single
 
@@ -39,9 +39,9 @@ def iterating(
 
     def plant(setter: Setter) -> None:
         at = Iteration()
-        diagonal, (solve_w, solve_u) = Reading.view_diagonal, LINES
+        diagonal, (solve_w, solve_u) = UpdateVariant.view_diagonal, LINES
 
-        def noted(self: Reading, w: Any) -> Diagonal:
+        def noted(self: UpdateVariant, w: Any) -> Diagonal:
             at.w = w
             return diagonal(self, w)
 
@@ -54,31 +54,31 @@ def iterating(
         def line_7(problem: Any, reading: Any, Du: Any, w: Any, solver: Any, on_singular: Any) -> Any:
             return new_u(at, solve_u(problem, reading, Du, seen(at, w), solver, on_singular))
 
-        setter.setattr(Reading, "view_diagonal", noted)
+        setter.setattr(UpdateVariant, "view_diagonal", noted)
         setter.setattr(paper, "solve_w", line_6)
         setter.setattr(paper, "solve_u", line_7)
 
     return plant
 
 
-def sizes_of_w(size: Size, change: Callable[[Reading, Any], Any]) -> Plant:
+def sizes_of_w(size: Size, change: Callable[[UpdateVariant, Any], Any]) -> Plant:
     """What stands for |w_i| where the reading has `size`."""
-    original = Reading._view_sizes
+    original = UpdateVariant._view_sizes
 
-    def sizes(self: Reading, w: Any) -> Any:
+    def sizes(self: UpdateVariant, w: Any) -> Any:
         return np.asarray(change(self, w)) if self.size is size else original(self, w)
 
-    return replaced(Reading, "_view_sizes", sizes)
+    return replaced(UpdateVariant, "_view_sizes", sizes)
 
 
-def sizes_of_u(change: Callable[[Reading, Any, Any], Any]) -> Plant:
+def sizes_of_u(change: Callable[[UpdateVariant, Any, Any], Any]) -> Plant:
     """What stands for ||u^i||: `change` takes the reading, the norms and the true sizes."""
-    original = Reading._modality_sizes
+    original = UpdateVariant._modality_sizes
 
-    def sizes(self: Reading, u: Any, modalities: Any) -> Any:
+    def sizes(self: UpdateVariant, u: Any, modalities: Any) -> Any:
         return np.asarray(change(self, modalities.norms(u), original(self, u, modalities)))
 
-    return replaced(Reading, "_modality_sizes", sizes)
+    return replaced(UpdateVariant, "_modality_sizes", sizes)
 
 
 def halved(*names: str) -> Plant:

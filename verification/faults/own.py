@@ -4,7 +4,7 @@ from fractions import Fraction
 from typing import Any
 
 from convexperc.problem.problem import Problem
-from convexperc.solvers.paper.readings import Reading
+from convexperc.solvers.paper.variants import UpdateVariant
 from verification import cost, oracles, referee
 from verification.checks import descent, loop
 from verification.faults import certificates, features, formulation, recognition, solvers
@@ -55,7 +55,7 @@ OWN_FAULTS = (
         "the absolute update said to descend F",
         "T1c/absolute",
         together(
-            replaced(Reading, "own_objective", lambda self, p, w, u: float(OBJECTIVE(p, w, u).lower)),
+            replaced(UpdateVariant, "own_objective", lambda self, p, w, u: float(OBJECTIVE(p, w, u).lower)),
             replaced(descent, "own_objective", _whole_penalties),
         ),
     ),

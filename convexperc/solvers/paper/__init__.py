@@ -1,4 +1,4 @@
-"""The paper's algorithm in every reading, its faults kept and named."""
+"""The paper's algorithm in every variant, its faults kept and named."""
 
 import lazy_loader
 

@@ -1,9 +1,34 @@
 from .loop import run
-from .readings import Reading
-from .trace import PaperTrace
+from .systems import LinearSolver, OnSingular, SingularSystemError
+from .trace import PaperTrace, Stop
+from .variants import (
+    ABSOLUTE,
+    APPENDIX_FULL,
+    APPENDIX_HALF,
+    CORRECTED,
+    PRINTED,
+    SMOOTHED,
+    VARIANTS,
+    Order,
+    UpdateVariant,
+    smoothed,
+)
 
 __all__ = [
+    "ABSOLUTE",
+    "APPENDIX_FULL",
+    "APPENDIX_HALF",
+    "CORRECTED",
+    "PRINTED",
+    "SMOOTHED",
+    "VARIANTS",
+    "LinearSolver",
+    "OnSingular",
+    "Order",
     "PaperTrace",
-    "Reading",
+    "SingularSystemError",
+    "Stop",
+    "UpdateVariant",
     "run",
+    "smoothed",
 ]

@@ -1,4 +1,4 @@
-"""Algorithm 1 of the paper, line by line, with its faults kept and named by the reading of its update.
+"""Algorithm 1 of the paper, line by line, with its faults kept and named by the variant of its update.
 
 It runs on the data as given: nothing is rescaled. A stop is a claim about the loop, never about F*.
 """
@@ -12,18 +12,6 @@ from numpy.typing import ArrayLike
 from convexperc.errors import InputError, PointError
 from convexperc.problem.arrays import real_array
 from convexperc.problem.problem import Problem
-from convexperc.solvers.paper.readings import (
-    ABSOLUTE,
-    APPENDIX_FULL,
-    APPENDIX_HALF,
-    CORRECTED,
-    PRINTED,
-    READINGS,
-    SMOOTHED,
-    Order,
-    Reading,
-    smoothed,
-)
 from convexperc.solvers.paper.systems import (
     LinearSolver,
     OnSingular,
@@ -33,24 +21,12 @@ from convexperc.solvers.paper.systems import (
     solve_w,
 )
 from convexperc.solvers.paper.trace import Log, PaperTrace, Point, Stop
-
-__all__ = [
-    "ABSOLUTE",
-    "APPENDIX_FULL",
-    "APPENDIX_HALF",
-    "CORRECTED",
-    "PRINTED",
-    "READINGS",
-    "SMOOTHED",
-    "LinearSolver",
-    "OnSingular",
-    "Order",
-    "PaperTrace",
-    "Reading",
-    "Stop",
-    "run",
-    "smoothed",
-]
+from convexperc.solvers.paper.variants import (
+    PRINTED,
+    VARIANTS,
+    Order,
+    UpdateVariant,
+)
 
 Choice = TypeVar("Choice", bound=StrEnum)
 
@@ -59,7 +35,7 @@ Choice = TypeVar("Choice", bound=StrEnum)
 def run(
     problem: Problem,
     *,
-    reading: Reading | str = PRINTED,
+    variant: UpdateVariant | str = PRINTED,
     order: Order | str = Order.GAUSS_SEIDEL,
     linear_solver: LinearSolver | str = LinearSolver.DIRECT,
     tolerance: float = 1e-10,
@@ -74,7 +50,7 @@ def run(
     ----------
     problem : Problem
         The data and the lambdas, used as they are.
-    reading : Reading or its name
+    variant : UpdateVariant or its name
         Which D^w, D^u and factor the updates use: printed, absolute, corrected, appendix_half,
         appendix_full or smoothed.
     order : Order or its name
@@ -111,7 +87,7 @@ def run(
 
     Paper: Algorithm 1, lines 2-10
     """
-    log = Log(problem, _reading(reading).for_problem(problem), tolerance, max_iterations, keep_iterates)
+    log = Log(problem, _variant(variant).for_problem(problem), tolerance, max_iterations, keep_iterates)
     order = _choice(Order, order, "order")
     linear_solver = _choice(LinearSolver, linear_solver, "linear_solver")
     on_singular = _choice(OnSingular, on_singular, "on_singular")
@@ -119,12 +95,12 @@ def run(
         w, u = _paper_start(problem) if start is None else _given_start(problem, start)  # line 2
         log.add(w, u)
         while log.stop is None:  # line 3: repeat
-            Dw = log.reading.view_diagonal(w)  # line 4
-            Du = log.reading.modality_diagonal(u, problem.modalities)  # line 5
+            Dw = log.variant.view_diagonal(w)  # line 4
+            Du = log.variant.modality_diagonal(u, problem.modalities)  # line 5
             try:
-                w_next = solve_w(problem, log.reading, Dw, u, on_singular)  # line 6
+                w_next = solve_w(problem, log.variant, Dw, u, on_singular)  # line 6
                 w_seen = w_next if order is Order.GAUSS_SEIDEL else w
-                u_next = solve_u(problem, log.reading, Du, w_seen, linear_solver, on_singular)  # line 7
+                u_next = solve_u(problem, log.variant, Du, w_seen, linear_solver, on_singular)  # line 7
             except SingularSystemError:
                 log.stop = Stop.SINGULAR
                 break
@@ -149,12 +125,13 @@ def _given_start(problem: Problem, start: tuple[ArrayLike, ArrayLike]) -> Point:
     return w, u
 
 
-def _reading(value: Reading | str) -> Reading:
-    if isinstance(value, Reading):
+def _variant(value: UpdateVariant | str) -> UpdateVariant:
+    if isinstance(value, UpdateVariant):
         return value
-    named = {reading.name: reading for reading in READINGS}
+    named = {variant.name: variant for variant in VARIANTS}
     if value not in named:
-        raise InputError("reading", value=value, must=f"must be a Reading or one of {', '.join(named)}")
+        must = f"must be an UpdateVariant or one of {', '.join(named)}"
+        raise InputError("variant", value=value, must=must)
     return named[value]
 
 

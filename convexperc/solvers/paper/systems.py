@@ -10,7 +10,7 @@ from convexperc.errors import SolverError
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.formulation import residuals
 from convexperc.problem.problem import Problem
-from convexperc.solvers.paper.readings import Diagonal, Reading
+from convexperc.solvers.paper.variants import Diagonal, UpdateVariant
 
 MACHINE_EPSILON = float(np.finfo(np.float64).eps)
 """A k x k system counts as singular below a reciprocal condition of k times this: what rounding can blur."""
@@ -34,7 +34,7 @@ class SingularSystemError(SolverError):
     """The matrix of an update is singular, exactly or to within rounding."""
 
 
-def derivative_w(problem: Problem, reading: Reading, w: Vector, u: FeatureVector) -> Vector:
+def derivative_w(problem: Problem, variant: UpdateVariant, w: Vector, u: FeatureVector) -> Vector:
     """Return 2 XX'w - 2 Xo - 2 lambda1 Xu + 2 lambda1 w + 2 factor lambda2 D^w w, shape (n,).
 
     With `PRINTED` (2 factor = 1, D^w = diag(1/(2 w_i))) it is what the paper takes for the derivative of F
@@ -45,11 +45,11 @@ def derivative_w(problem: Problem, reading: Reading, w: Vector, u: FeatureVector
     Paper: Derivative with respect to w
     """
     p, q = residuals(problem, w, u)
-    penalty = _times_point(reading.view_diagonal(w), 2.0 * reading.factor * problem.lambda2, w)
+    penalty = _times_point(variant.view_diagonal(w), 2.0 * variant.factor * problem.lambda2, w)
     return np.asarray(2.0 * (problem.X @ p - problem.lambda1 * q) + penalty)
 
 
-def derivative_u(problem: Problem, reading: Reading, w: Vector, u: FeatureVector) -> FeatureVector:
+def derivative_u(problem: Problem, variant: UpdateVariant, w: Vector, u: FeatureVector) -> FeatureVector:
     """Return 2 lambda1 X'Xu - 2 lambda1 X'w + 2 factor lambda3 D^u u, shape (d,).
 
     With `PRINTED` (2 factor = 1) it is what the paper takes for the derivative of F in u; with `CORRECTED` it
@@ -59,13 +59,13 @@ def derivative_u(problem: Problem, reading: Reading, w: Vector, u: FeatureVector
     -----
     Paper: Derivative with respect to u
     """
-    diagonal = reading.modality_diagonal(u, problem.modalities)
-    penalty = _times_point(diagonal, 2.0 * reading.factor * problem.lambda3, u)
+    diagonal = variant.modality_diagonal(u, problem.modalities)
+    penalty = _times_point(diagonal, 2.0 * variant.factor * problem.lambda3, u)
     return np.asarray(2.0 * problem.lambda1 * (problem.X.T @ residuals(problem, w, u)[1]) + penalty)
 
 
 def solve_w(
-    problem: Problem, reading: Reading, Dw: Diagonal, u: FeatureVector, on_singular: OnSingular
+    problem: Problem, variant: UpdateVariant, Dw: Diagonal, u: FeatureVector, on_singular: OnSingular
 ) -> Vector:
     """Return (XX' + lambda1 I + factor lambda2 D^w)^-1 X (o + lambda1 u), shape (n,); printed, factor = 1/2.
 
@@ -80,7 +80,7 @@ def solve_w(
     -----
     Paper: Eq. (solve_w)
     """
-    X, ridge = problem.X, Dw.times(reading.factor * problem.lambda2)
+    X, ridge = problem.X, Dw.times(variant.factor * problem.lambda2)
     if problem.lambda1 == 0.0 and problem.lambda2 == 0.0 and problem.n > problem.d:
         return _rank_short(problem.X.T, problem.o, on_singular)
     gram = X @ X.T + problem.lambda1 * np.eye(problem.n)
@@ -89,7 +89,7 @@ def solve_w(
 
 def solve_u(
     problem: Problem,
-    reading: Reading,
+    variant: UpdateVariant,
     Du: Diagonal,
     w: Vector,
     linear_solver: LinearSolver,
@@ -112,7 +112,7 @@ def solve_u(
     -----
     Paper: Eq. (solve_u)
     """
-    X, lambda1, weight = problem.X, problem.lambda1, reading.factor * problem.lambda3
+    X, lambda1, weight = problem.X, problem.lambda1, variant.factor * problem.lambda3
     if weight > 0.0 and linear_solver is LinearSolver.WOODBURY:
         half = Du.inverse(weight)[:, None] * X.T
         return np.asarray(lambda1 * half @ _solve(lambda1 * (X @ half), np.ones(problem.n), w, on_singular))

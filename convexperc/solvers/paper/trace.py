@@ -11,8 +11,8 @@ from convexperc.errors import InputError
 from convexperc.problem.arrays import FeatureVector, Vector, nonnegative_number
 from convexperc.problem.formulation import objective, residuals
 from convexperc.problem.problem import Problem
-from convexperc.solvers.paper.readings import Order, Reading
 from convexperc.solvers.paper.systems import MACHINE_EPSILON, LinearSolver
+from convexperc.solvers.paper.variants import Order, UpdateVariant
 
 RISE_ROUNDING = 1e-12
 """A rise below this times max(F(start), ||o||^2) is rounding: F sums n + d terms, each good to some 1e-16."""
@@ -48,8 +48,8 @@ class PaperTrace:
 
     Attributes
     ----------
-    reading, order, linear_solver
-        What was run; `reading` with its eps made explicit.
+    variant, order, linear_solver
+        What was run; `variant` with its eps made explicit.
     stop : Stop
         Why it ended.
     w : float64 (n,)
@@ -59,7 +59,7 @@ class PaperTrace:
     F : float64 (k + 1,)
         F at the start and after each of the k iterations.
     own : float64 (k + 1,) or (0,)
-        The objective that the reading descends, alike; empty if it has none.
+        The objective that the variant descends, alike; empty if it has none.
     steps : float64 (k, 2)
         Relative change of w and of u in each iteration.
     path_w : float64 (k + 1, n) or (0, n)
@@ -72,7 +72,7 @@ class PaperTrace:
         Exact zeros of the last iterate that no update can leave though their optimality condition fails.
     """
 
-    reading: Reading
+    variant: UpdateVariant
     order: Order
     linear_solver: LinearSolver
     stop: Stop
@@ -109,7 +109,7 @@ class PaperTrace:
         return _rises(self.F, tolerance * self.scale)
 
     def own_rises(self, tolerance: float = RISE_ROUNDING) -> Int[np.ndarray, " rises"]:
-        """Return the same for the objective of the reading itself; none if it has no objective."""
+        """Return the same for the objective of the variant itself; none if it has no objective."""
         return _rises(self.own, tolerance * self.scale)
 
 
@@ -118,7 +118,7 @@ class Log:
     """The run so far, and when it ends; the last complete and finite iterate is the one that counts."""
 
     problem: Problem
-    reading: Reading
+    variant: UpdateVariant
     tolerance: float
     max_iterations: Any
     keep_iterates: bool
@@ -146,8 +146,8 @@ class Log:
             self.stop = Stop.DIVERGED
             return
         self.F.append(value)
-        if self.reading.own:
-            self.own.append(self.reading.own_objective(self.problem, w, u))
+        if self.variant.own:
+            self.own.append(self.variant.own_objective(self.problem, w, u))
         settled = bool(self.points) and self._settled(w, u)
         if not self.keep_iterates:
             self.points.clear()
@@ -169,18 +169,18 @@ class Log:
         return bool((after <= (1.0 + self.tolerance) * before).all())
 
     def _sizes(self, w: Vector, u: FeatureVector) -> Float[np.ndarray, " sizes"]:
-        views = np.abs(self.reading.view_diagonal(w).sizes) * (self.problem.lambda2 > 0.0)
-        modalities = self.reading.modality_diagonal(u, self.problem.modalities).sizes
+        views = np.abs(self.variant.view_diagonal(w).sizes) * (self.problem.lambda2 > 0.0)
+        modalities = self.variant.modality_diagonal(u, self.problem.modalities).sizes
         return np.concatenate([views, modalities * (self.problem.lambda3 > 0.0)])
 
     def trace(self, order: Order, linear_solver: LinearSolver) -> PaperTrace:
         """Freeze the run; what converged to a zero that it should have left is named so."""
         w, u = self.points[-1]
-        views, modalities = _locked(self.problem, self.reading, self.tolerance, w, u)
+        views, modalities = _locked(self.problem, self.variant, self.tolerance, w, u)
         stop = Stop.ITERATION_LIMIT if self.stop is None else self.stop
         path = self.points if self.keep_iterates else []
         return PaperTrace(
-            reading=self.reading,
+            variant=self.variant,
             order=order,
             linear_solver=linear_solver,
             stop=Stop.LOCKED_AT_ZERO if stop is Stop.CONVERGED and (views or modalities) else stop,
@@ -198,14 +198,14 @@ class Log:
 
 
 def _locked(
-    problem: Problem, reading: Reading, tolerance: float, w: Vector, u: FeatureVector
+    problem: Problem, variant: UpdateVariant, tolerance: float, w: Vector, u: FeatureVector
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Exact zeros that D holds for ever, though |Xa - b|_j > lambda2 or ||X_i'b|| > lambda3.
 
-    a = 2(X'w - o), b = 2 lambda1 (Xu - w); the lambdas are those of the objective that the reading descends
+    a = 2(X'w - o), b = 2 lambda1 (Xu - w); the lambdas are those of the objective that the variant descends
     (lambda2/2 and lambda3/2 for `ABSOLUTE`), or of F if there is none.
     """
-    factor = reading.factor if reading.own else 1.0
+    factor = variant.factor if variant.own else 1.0
     lambda2, lambda3 = factor * problem.lambda2, factor * problem.lambda3
     p, q = residuals(problem, w, u)
     a, b = 2.0 * p, 2.0 * problem.lambda1 * q
@@ -213,9 +213,9 @@ def _locked(
     error_a = slack * 2.0 * (np.linalg.norm(p) + 2.0 * np.linalg.norm(problem.o))
     error_b = slack * 2.0 * problem.lambda1 * (np.linalg.norm(q) + 2.0 * np.linalg.norm(w))
     allowed = (1.0 + slack) * lambda2 + np.linalg.norm(problem.X, axis=1) * error_a + error_b
-    held = np.isinf(reading.view_diagonal(w).times(lambda2))
+    held = np.isinf(variant.view_diagonal(w).times(lambda2))
     views = np.flatnonzero(held & (np.abs(problem.X @ a - b) > allowed))
-    still = np.isinf(reading.modality_diagonal(u, problem.modalities).times(lambda3))
+    still = np.isinf(variant.modality_diagonal(u, problem.modalities).times(lambda3))
     modalities = [
         i
         for i, (columns, block) in enumerate(zip(problem.modalities, problem.blocks(), strict=True))

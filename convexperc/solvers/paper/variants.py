@@ -1,4 +1,4 @@
-"""The readings of the paper's two updates: their D^w and D^u, their factor, and what each one descends."""
+"""The variants of the paper's two updates: their D^w and D^u, their factor, and what each one descends."""
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -42,7 +42,7 @@ class Diagonal:
     Attributes
     ----------
     sizes : float64 (k,)
-        s_i; negative only in the printed reading.
+        s_i; negative only in the printed variant.
     """
 
     sizes: Float[np.ndarray, " k"]
@@ -60,21 +60,21 @@ class Diagonal:
 
 
 @dataclass(frozen=True)
-class Reading:
+class UpdateVariant:
     """One way to read the update of Algorithm 1.
 
     Attributes
     ----------
     name : str
     size : Size
-        What stands for |w_i| in D^w. D^u has ||u^i||_2, smoothed alike in the smoothed reading.
+        What stands for |w_i| in D^w. D^u has ||u^i||_2, smoothed alike in the smoothed variant.
     factor : float
         What multiplies lambda2 D^w and lambda3 D^u in the systems: 1/2 as printed, 1 as F asks for.
     own : str
         The objective that no iteration raises, in either order; empty when there is none.
     eps : float or None
         Smoothing, in units of w and of u; None means `SMOOTHING_LOSS` ||o||^2 / (n lambda2 + m lambda3).
-        Used by the smoothed reading only.
+        Used by the smoothed variant only.
 
     Raises
     ------
@@ -90,11 +90,11 @@ class Reading:
 
     def __post_init__(self) -> None:
         if self.eps is not None and nonnegative_number(self.eps, "eps", error=InputError) == 0.0:
-            remedy = "The reading without smoothing is CORRECTED."
+            remedy = "The variant without smoothing is CORRECTED."
             raise InputError("eps", value=self.eps, must="must be > 0", remedy=remedy)
 
-    def for_problem(self, problem: Problem) -> "Reading":
-        """Return this reading with its eps made explicit for `problem`."""
+    def for_problem(self, problem: Problem) -> "UpdateVariant":
+        """Return this variant with its eps made explicit for `problem`."""
         if self.size is not Size.SMOOTHED or self.eps is not None:
             return self
         budget = problem.n * problem.lambda2 + problem.m * problem.lambda3
@@ -118,7 +118,7 @@ class Reading:
         """Return ||X'w - o||^2 + lambda1 ||Xu - w||^2 + factor (lambda2 sum_i s_i + lambda3 sum_j t_j).
 
         s_i and t_j are the sizes in D^w and D^u: F itself for `CORRECTED`, F with lambda2/2 and lambda3/2
-        for `ABSOLUTE`, F_eps for `SMOOTHED`. NaN if the reading has no objective of its own.
+        for `ABSOLUTE`, F_eps for `SMOOTHED`. NaN if the variant has no objective of its own.
         """
         if not self.own:
             return float("nan")
@@ -144,17 +144,17 @@ class Reading:
         return np.asarray(np.hypot(norms, self.eps or 0.0)) if self.size is Size.SMOOTHED else norms
 
 
-PRINTED = Reading("printed", Size.SIGNED, factor=0.5, own="")
-ABSOLUTE = Reading("absolute", Size.ABSOLUTE, factor=0.5, own="F with lambda2/2 and lambda3/2")
-CORRECTED = Reading("corrected", Size.ABSOLUTE, factor=1.0, own="F")
-APPENDIX_HALF = Reading("appendix_half", Size.L1_NORM, factor=0.5, own="")
-APPENDIX_FULL = Reading("appendix_full", Size.L1_NORM, factor=1.0, own="")
-SMOOTHED = Reading("smoothed", Size.SMOOTHED, factor=1.0, own="F with sqrt(t^2 + eps^2) for |t|")
-READINGS = (PRINTED, ABSOLUTE, CORRECTED, APPENDIX_HALF, APPENDIX_FULL, SMOOTHED)
+PRINTED = UpdateVariant("printed", Size.SIGNED, factor=0.5, own="")
+ABSOLUTE = UpdateVariant("absolute", Size.ABSOLUTE, factor=0.5, own="F with lambda2/2 and lambda3/2")
+CORRECTED = UpdateVariant("corrected", Size.ABSOLUTE, factor=1.0, own="F")
+APPENDIX_HALF = UpdateVariant("appendix_half", Size.L1_NORM, factor=0.5, own="")
+APPENDIX_FULL = UpdateVariant("appendix_full", Size.L1_NORM, factor=1.0, own="")
+SMOOTHED = UpdateVariant("smoothed", Size.SMOOTHED, factor=1.0, own="F with sqrt(t^2 + eps^2) for |t|")
+VARIANTS = (PRINTED, ABSOLUTE, CORRECTED, APPENDIX_HALF, APPENDIX_FULL, SMOOTHED)
 
 
-def smoothed(eps: float | None = None) -> Reading:
-    """Return the smoothed reading with an explicit `eps`.
+def smoothed(eps: float | None = None) -> UpdateVariant:
+    """Return the smoothed variant with an explicit `eps`.
 
     It descends F_eps, where |t| is replaced with sqrt(t^2 + eps^2). Since
     F <= F_eps <= F + eps (n lambda2 + m lambda3), its limit is within that distance of F*.
@@ -162,11 +162,11 @@ def smoothed(eps: float | None = None) -> Reading:
     Parameters
     ----------
     eps : float or None
-        Finite and > 0, in units of w and of u; None for the default that `Reading` states.
+        Finite and > 0, in units of w and of u; None for the default that `UpdateVariant` states.
 
     Raises
     ------
     InputError
-        As `Reading` does.
+        As `UpdateVariant` does.
     """
     return replace(SMOOTHED, eps=eps)
