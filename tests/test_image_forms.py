@@ -138,7 +138,12 @@ def test_png_color_and_alpha_of_both_depths_with_one_transparent_color_and_inter
         stored, meant = pixels.astype(big), as_rgb(expected.astype(rgb.dtype), what)
         check(tmp_path, png(stored, bits, color, before), meant, what)
         check(tmp_path, png(interlaced(stored), bits, color, before, interlace=1), meant, what)
-        assert "truncated" in refusal(tmp_path, png(stored[:-1], bits, color, before)), what
+        dark = np.zeros_like(stored)
+        check(tmp_path, png(dark, bits, color), np.zeros_like(GRAY), what)
+        for picture in (stored, dark):
+            for raw in (picture[:-1], interlaced(picture)[: -picture[0].nbytes - 1]):
+                data = png(raw, bits, color, before, interlace=int(isinstance(raw, bytes)))
+                assert outcome(tmp_path, data) is None, what
 
 
 @pytest.mark.parametrize(
@@ -150,7 +155,6 @@ def test_png_color_and_alpha_of_both_depths_with_one_transparent_color_and_inter
         chunk(b"gAMA", b"") + chunk(b"pHYs", b""),
         chunk(b"gAMA", struct.pack(">I", 100_000)) + chunk(b"sBIT", b"\5\5\5"),
         chunk(b"eXIf", b"neither byte order"),
-        chunk(b"eXIf", b"II*\0\x08\0\0\0\x09\0\x12\x01\x03\0"),
         chunk(b"xyZw", b"private"),
     ],
 )
@@ -442,6 +446,13 @@ def test_exif_after_the_pixels_and_of_deep_or_transparent_pngs_is_honoured(tmp_p
     check(tmp_path, data, np.rot90(clear, -1), "a transparent color of 16 bits")
 
 
+def test_exif_that_breaks_off_is_a_warning_and_states_nothing(tmp_path):
+    data = png(RGB, 8, 2, chunk(b"eXIf", b"II*\0\x08\0\0\0\x09\0\x0f\x01\x03\0"))
+    with pytest.warns(UserWarning, match="EXIF"):
+        check(tmp_path, data, RGB, "a warning")
+    assert "EXIF" in refusal(tmp_path, data), "a warning that is made an error"
+
+
 @pytest.mark.parametrize("rest", [b"", b"\x1a\x01\x05\0\x01\0\0\0\xff\xff\0\0" + b"\0" * 4])
 def test_damaged_exif_of_a_jpeg_still_turns_by_what_can_be_read(tmp_path, rest):
     payload = b"Exif\0\0II*\0" + struct.pack("<IHHHIHH", 8, 2, 0x112, 3, 1, 6, 0) + rest
@@ -458,7 +469,7 @@ def test_settings_of_pillow_are_left_alone_and_cannot_weaken_a_check(tmp_path, m
     assert not caught, [str(each.message) for each in caught]
     after = Image.MAX_IMAGE_PIXELS, ImageFile.LOAD_TRUNCATED_IMAGES, PngImagePlugin.MAX_TEXT_CHUNK
     assert after == before, (before, after)
-    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 9)
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 100)
     check(tmp_path, data, RGB, "a low limit of Pillow")
     assert "exceeds limit of" in refusal(tmp_path, tiff([RGB.tobytes()], [8] * 3, 2))
     monkeypatch.setattr(ImageFile, "LOAD_TRUNCATED_IMAGES", True)

@@ -7,7 +7,6 @@ import re
 import struct
 import zlib
 from collections.abc import Iterable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +83,7 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
 
     The format is told by the content, not by the name. The orientation that EXIF (in a TIFF: its tag)
     states is honoured; EXIF that cannot be read states none. Of several pages or frames the first is read.
+    Where Pillow warns of damaged metadata and the caller's filters make warnings errors, that is a refusal.
     Gray, 16-bit and transparent pictures are converted as `as_rgb` does; color profiles are not applied.
 
     Parameters
@@ -279,9 +279,10 @@ def _decode(reader: type[ImageFile.ImageFile], data: bytes, name: str) -> NDArra
         _check_size(image.height, image.width, name)
         by_opencv = False
         if isinstance(image, PngImageFile):
-            _check_png(image, data, stream)
             # Pillow would compare one transparent color with pixels that have lost their low byte.
             by_opencv = image.mode == "RGB" and "transparency" in image.info and data[_PNG_DEPTH] == _DEEP
+            if not by_opencv:
+                _check_png(image, data, stream)
         elif isinstance(image, JpegImageFile):
             _check_jpeg(data)
         elif isinstance(image, BmpImageFile):
@@ -316,10 +317,15 @@ def _pixel_chunks(data: bytes) -> tuple[bytes, bytes]:
 
 
 def _check_png(image: PngImageFile, data: bytes, stream: bytes) -> None:
-    """Refuse a stream that ends before the last row, of which Pillow would leave a part black."""
+    """Refuse a stream that ends before the last row, which Pillow would leave at 0."""
+    image.load()
+    interlaced = bool(image.info.get("interlace"))
+    last = image.height - 1 - image.height % 2 * interlaced
+    if any(image.crop((0, last, image.width, last + 1)).tobytes()):
+        return
     bits = data[_PNG_DEPTH] * _PNG_SAMPLES[data[_PNG_COLOR]]
     needed = 0
-    for left, top, across, down in _PNG_PASSES if image.info.get("interlace") else ((0, 0, 1, 1),):
+    for left, top, across, down in _PNG_PASSES if interlaced else ((0, 0, 1, 1),):
         width, height = -((left - image.width) // across), -((top - image.height) // down)
         needed += height * (1 + -(-width * bits // 8))
     if _inflated(stream, needed)[0] < needed:
@@ -432,12 +438,16 @@ def _samples(image: ImageFile.ImageFile, data: bytes) -> NDArray[Any]:
 
 def _orientation(image: ImageFile.ImageFile) -> int:
     """What EXIF states; 1, as it is, if that cannot be read."""
-    exif, found = Image.Exif(), 1
-    with suppress(Exception):  # wrong bytes raise as many types here as above, and do not harm the pixels
+    exif, tag = Image.Exif(), ExifTags.Base.Orientation
+    try:
         exif.load(image.info.get("exif", b""))
-    with suppress(Exception):  # what was loaded before the wrong bytes
-        found = int(exif.get(ExifTags.Base.Orientation, 1))
-    return found
+    except Warning:  # the caller's filter makes it an error; it must not decide how a picture is turned
+        if tag not in exif:
+            raise
+    except Exception:  # wrong bytes raise as many types here as in pixels, which they do not harm
+        return 1
+    stated = exif.get(tag)
+    return stated if isinstance(stated, int) else 1
 
 
 def _turned(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
