@@ -85,6 +85,7 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
     states is honoured; EXIF that cannot be read states none. Of several pages or frames the first is read.
     Where Pillow warns of damaged metadata and the caller's filters make warnings errors, that is a refusal.
     Gray, 16-bit and transparent pictures are converted as `as_rgb` does; color profiles are not applied.
+    The four inks of a JPEG are taken as Adobe's programs store them, 255 for none.
 
     Parameters
     ----------
@@ -411,6 +412,7 @@ def _inflated(stream: bytes | memoryview, enough: int) -> tuple[int, bool]:
 
 
 def _samples_by_opencv(data: bytes) -> NDArray[Any]:
+    """Samples of the forms to which Pillow gives other values than the file states."""
     decoded: NDArray[Any] | None = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if decoded is None:
         raise ValueError("pixels that do not decode")
