@@ -16,7 +16,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from convexperc.features.pictures import MIN_SIDE, Picture, resize
+from convexperc.features.decoding import MIN_SIDE
+from convexperc.features.pictures import Picture, resize
 from convexperc.recognition.decision import Decision
 from convexperc.recognition.recognition import Ranked, Recognition
 from convexperc.solution.solution import Status
