@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from convexperc.certificate.certificate import certify
-from convexperc.certificate.rationals import PRIMES, exact_optimum
+from convexperc.certificate.rationals import PRIME, exact_optimum
 from convexperc.enclosure.active_set import Refinement, Start
 from convexperc.enclosure.ball_duality import dual_value, objective_at, primal_value
 from convexperc.enclosure.balls import BallFrame, precision
@@ -35,11 +35,11 @@ CLOSED_FORMS = {
     ),
     "least squares": (Problem([[1, 0], [1, 0]], [3, 2], lambda1=1, lambda2=0, lambda3=0), Fraction(4)),
     "0 modulo a prime": (
-        Problem([[PRIMES[0]]], [1], lambda1=1, lambda2=1, lambda3=0),
-        Fraction(1, PRIMES[0]) - Fraction(1, 4 * PRIMES[0] ** 2),
+        Problem([[PRIME]], [1], lambda1=1, lambda2=1, lambda3=0),
+        Fraction(1, PRIME) - Fraction(1, 4 * PRIME**2),
     ),
     "dependent modulo a prime": (
-        Problem([[PRIMES[0], 0], [0, 1]], [0, 3], lambda1=1, lambda2=2, lambda3=0),
+        Problem([[PRIME, 0], [0, 1]], [0, 3], lambda1=1, lambda2=2, lambda3=0),
         Fraction(5),
     ),
     "o = 0": (Problem([[1, 2]], [0, 0], lambda1=1, lambda2=1, lambda3=1), Fraction(0)),

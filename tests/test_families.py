@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, find, given, settings
 from hypothesis import strategies as st
 
-from convexperc.certificate.rationals import row_basis
+from convexperc.certificate.rationals import RowSpace
 from convexperc.errors import InputError
 from convexperc.problem.problem import Problem, same_data
 from verification.families import (
@@ -29,7 +29,7 @@ def holds(family: str, p: Problem) -> bool:
     """The defining property of a family, where it has one that can be read off."""
     zero = [value == 0.0 for value in p.lambdas]
     columns = p.blocks()
-    rank = row_basis(p.X).rank
+    rank = RowSpace.of(p.X).rank
     properties = {
         "zero_row": lambda: not p.X.any(axis=1).all(),
         "zero_modality": lambda: any(not block.any() for block in columns),
