@@ -208,3 +208,27 @@ def test_multiples_of_the_prime_never_pass_for_zero_rows(p, shape):
 
 def test_a_null_vector_beyond_float64_is_not_claimed():
     assert into_left_null_space(np.array([[5e-324], [0.75]]), np.array([0.0, -2.0])) is None
+
+
+def of_two_sizes(X):
+    """Entries 1e+-150, which make integers of a thousand bits."""
+    return X * 10.0 ** np.random.default_rng(4).choice([-150, 150], size=X.shape)
+
+
+@pytest.mark.parametrize("shape", [(60, 500), (500, 60)])
+def test_the_limit_of_exact_work_counts_bits(shape):
+    random = np.random.default_rng(3)
+    X, o = random.normal(size=shape), random.normal(size=shape[1])
+    assert squared_distance(X, o) is not None
+    assert squared_distance(of_two_sizes(X), o) is None
+    assert squared_distance(of_two_sizes(X[:12, :40]), o[:40]) is not None
+
+
+@pytest.mark.parametrize(("shape", "known"), [((40, 30), True), ((200, 100), False)])
+def test_the_limit_of_exact_work_counts_what_deficient_rank_costs(shape, known):
+    X = np.random.default_rng(5).normal(size=shape)
+    assert RowSpace.within_limit(X).rank == shape[1]
+    X[:, 0] = X[:, 1]
+    space = RowSpace.within_limit(X)
+    assert (space is not None) == known, space
+    assert space is None or space.rank == shape[1] - 1, space.rank

@@ -50,6 +50,7 @@ def holds(family: str, p: Problem) -> bool:
         "lambda_above_critical": lambda: p.lambda2 >= 2.0 * np.abs(p.X @ p.o).max() * (1 - 1e-12),
         "one_view": lambda: p.n == 1,
         "more_views_than_features": lambda: p.n > p.d,
+        "nearly_zero_view": lambda: p.n > p.d and zero[2] and np.abs(p.X).max(axis=1).min() <= 1e-6,
         "one_column_modalities": lambda: set(p.modalities.sizes) == {1},
     }
     return bool(properties.get(family, lambda: True)())
