@@ -27,8 +27,8 @@ ECHELON = 40
 WORK_LIMIT = 800_000_000
 """Products of machine words that one exact computation may cost, beyond which nothing is proved.
 
-They take 0.4 to 1.5 ns: all told 0.04 s for 60 x 500 floats of one size, 0.9 s for 150 x 600, and 0.3 s for
-20 x 100 floats from 1e-300 to 1e150, which make integers of 1500 bits.
+They take 0.4 to 1.5 ns: 0.1 s for 60 x 500 floats of one size, 0.9 s for 150 x 600, and 0.5 s for 30 x 60
+floats from 1e-300 to 1e150, which make integers of 1600 bits.
 """
 
 Integers = NDArray[np.object_]
