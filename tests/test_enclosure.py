@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from convexperc.certificate.certificate import certify
-from convexperc.certificate.rationals import PRIMES, exact_optimum
+from convexperc.certificate.rationals import PRIME, exact_optimum
 from convexperc.enclosure.active_set import Refinement, Start
 from convexperc.enclosure.ball_duality import dual_value, objective_at, primal_value
 from convexperc.enclosure.balls import BallFrame, precision
@@ -19,6 +19,7 @@ from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
+from convexperc.solution.weights import weight_intervals
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import SolverResult
 from verification.bench.instances import LAMBDAS, Instance, Shape
@@ -35,11 +36,11 @@ CLOSED_FORMS = {
     ),
     "least squares": (Problem([[1, 0], [1, 0]], [3, 2], lambda1=1, lambda2=0, lambda3=0), Fraction(4)),
     "0 modulo a prime": (
-        Problem([[PRIMES[0]]], [1], lambda1=1, lambda2=1, lambda3=0),
-        Fraction(1, PRIMES[0]) - Fraction(1, 4 * PRIMES[0] ** 2),
+        Problem([[PRIME]], [1], lambda1=1, lambda2=1, lambda3=0),
+        Fraction(1, PRIME) - Fraction(1, 4 * PRIME**2),
     ),
     "dependent modulo a prime": (
-        Problem([[PRIMES[0], 0], [0, 1]], [0, 3], lambda1=1, lambda2=2, lambda3=0),
+        Problem([[PRIME, 0], [0, 1]], [0, 3], lambda1=1, lambda2=2, lambda3=0),
         Fraction(5),
     ),
     "o = 0": (Problem([[1, 2]], [0, 0], lambda1=1, lambda2=1, lambda3=1), Fraction(0)),
@@ -284,6 +285,48 @@ def test_entries_of_any_size_in_one_matrix_still_give_a_narrow_interval(index):
     problem = seeded("mixed_scales", 0, index)
     found = solve(problem, Poor(), escalate=True)
     assert found.certificate.enclosed, (found.status, found.certificate)
+
+
+NEARLY_ZERO = {"one": [1.0], "several": [1.0, -2.0], "the same": [1.0, 1.0]}
+"""Views in multiples of the size."""
+
+
+@pytest.mark.parametrize("size", [1e-25, 1e-100, 1e-300])
+@pytest.mark.parametrize("name", NEARLY_ZERO)
+def test_nearly_zero_views_leave_the_optimum_of_the_others(name, size):
+    """X = (1, 3)', o = 2, lambda = (1, 1/10, 0): X'w = 99/50 and w = (21, 75.5) / 125."""
+    X = [*(size * multiple for multiple in NEARLY_ZERO[name]), 1.0, 3.0]
+    problem = Problem([[x] for x in X], [2.0], lambda1=1, lambda2=0.1, lambda3=0)
+    value, w = Fraction(393, 5000), [0.0] * (len(X) - 2) + [0.168, 0.604]
+    solution, found = solve(problem), enclose(problem)
+    assert solution.certificate.enclosed, solution.certificate
+    assert found.bits == 128, found
+    assert found.relative_width <= 1e-12, found
+    assert abs(found.exact.upper - value) <= Fraction(1e-16) * value, found
+    assert found.w == pytest.approx(w, abs=1e-12), found.w
+    assert found.u == pytest.approx([0.198], rel=1e-12), found.u
+    for intervals in (weight_intervals(solution).views, weight_intervals(solution, found).views):
+        assert intervals.determined.all(), intervals
+        assert (intervals.lower <= np.array(w) + 1e-15).all(), intervals
+        assert (intervals.upper >= np.array(w) - 1e-15).all(), intervals
+
+
+@pytest.mark.parametrize("size", [1e-25, 1e-100, 1e-300])
+def test_nearly_zero_views_of_least_squares_keep_the_exact_distance(size):
+    problem = Problem([[size, size], [1, 1], [3, 3]], [1, 0], lambda1=1, lambda2=0, lambda3=0)
+    found, solution = enclose(problem), solve(problem)
+    assert found.exact.lower <= Fraction(1, 2) <= found.exact.upper, found
+    assert solution.certificate.enclosed, solution.certificate
+    assert solution.certificate.lower <= 0.5 <= solution.certificate.upper, solution.certificate
+
+
+@pytest.mark.parametrize("index", range(10))
+def test_the_referee_agrees_on_nearly_zero_views(index):
+    problem = seeded("nearly_zero_view", 3, index, largest=(5, 4))
+    found, truth = enclose(problem), optimum(problem).value
+    assert found.exact.lower <= truth.upper, (found, truth)
+    assert truth.lower <= found.exact.upper, (found, truth)
+    assert found.relative_width <= 1e-12 or found.share_of_target <= 1e-15, found
 
 
 def test_a_start_that_is_far_off_costs_steps_and_not_the_interval():

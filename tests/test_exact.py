@@ -7,12 +7,13 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from rational import fractions, inner, transposed
 
+from convexperc.certificate import rationals
 from convexperc.certificate.rationals import (
-    PRIMES,
+    PRIME,
+    RowSpace,
     integers,
     into_left_null_space,
-    row_basis,
-    solve,
+    numerators,
     squared_distance,
 )
 
@@ -25,7 +26,7 @@ SMALL = st.integers(-3, 3).map(float)
 MATRIX = st.tuples(st.integers(1, 4), st.integers(1, 4)).flatmap(
     lambda s: hnp.arrays(np.float64, s, elements=SMALL)
 )
-MULTIPLES = [float(PRIMES[0]), 3.0 * PRIMES[0], PRIMES[0] * 2.0**-40]
+MULTIPLES = [float(PRIME), 3.0 * PRIME, PRIME * 2.0**-40]
 
 
 def eliminated(rows):
@@ -43,19 +44,24 @@ def eliminated(rows):
     return found
 
 
-def distance(X, o):
-    """||o||^2 minus its share in each direction of an orthogonal basis of the rows (Gram-Schmidt)."""
-    target, basis = fractions(o), []
-    left = inner(target, target)
-    for row in fractions(X):
-        rest = row
+def split(x, vectors):
+    """The part of x in the span of the vectors, and the part orthogonal to it (Gram-Schmidt)."""
+    inside, basis = [Fraction(0)] * len(x), []
+    for vector in vectors:
+        rest = vector
         for b in basis:
-            share = inner(rest, b) / inner(b, b)
-            rest = [x - share * y for x, y in zip(rest, b, strict=True)]
+            rest = [v - inner(vector, b) / inner(b, b) * y for v, y in zip(rest, b, strict=True)]
         if any(rest):
             basis.append(rest)
-            left -= inner(target, rest) ** 2 / inner(rest, rest)
-    return left
+            share = inner(x, rest) / inner(rest, rest)
+            inside = [v + share * y for v, y in zip(inside, rest, strict=True)]
+    return inside, [v - y for v, y in zip(x, inside, strict=True)]
+
+
+def distance(X, o):
+    """The squared length of what is left of o."""
+    rest = split(fractions(o), fractions(X))[1]
+    return inner(rest, rest)
 
 
 @given(hnp.arrays(np.float64, hnp.array_shapes(min_dims=1, max_dims=2, max_side=4), elements=ENTRY))
@@ -68,10 +74,9 @@ def test_floats_are_integers_times_one_power_of_two(values):
 
 @given(MATRIX)
 def test_rank_of_small_integer_matrices(X):
-    basis = row_basis(X)
-    assert basis.rank == len(eliminated(fractions(X))), (basis, X)
-    block = [[Fraction(X[i, j]) for j in basis.columns] for i in basis.rows]
-    assert not block or len(eliminated(block)) == basis.rank, (basis, X)
+    rows = RowSpace.of(X).rows
+    assert len(rows) == len(eliminated(fractions(X))), (rows, X)
+    assert not rows or len(eliminated(fractions(X[list(rows)]))) == len(rows), (rows, X)
 
 
 @pytest.mark.parametrize(
@@ -89,7 +94,7 @@ def test_rank_of_small_integer_matrices(X):
     ],
 )
 def test_rank_of_known_constructions(X, rank):
-    assert row_basis(np.array(X)).rank == rank
+    assert RowSpace.of(np.array(X)).rank == rank
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -97,27 +102,36 @@ def test_integer_combinations_of_rows_are_found_dependent(seed):
     random = np.random.default_rng(seed)
     X = np.round(random.normal(size=(3, 7)) * 2**20) / 2**24
     mixed = np.concatenate([X, random.integers(-9, 10, (4, 3)) @ X])[random.permutation(7)]
-    assert row_basis(mixed).rank == 3
+    assert RowSpace.of(mixed).rank == 3
     found = squared_distance(mixed, X[0])
     assert found == 0
 
 
-@given(
-    st.integers(1, 4).flatmap(
-        lambda k: st.tuples(
-            hnp.arrays(np.int64, (k, k), elements=st.integers(-(10**6), 10**6)),
-            hnp.arrays(np.int64, (k, 2), elements=st.integers(-(10**6), 10**6)),
-        )
-    )
-)
-def test_bareiss_solves_exactly(system):
-    A, B = (part.astype(object) for part in system)
-    rows = [[Fraction(int(v)) for v in row] for row in A]
-    if len(eliminated(rows)) < len(rows):
-        return
-    Y, det = solve(A, B)
-    assert bool(det), (A, Y)
-    assert np.array_equal(A @ Y, det * B), (Y, det)
+def rational(values):
+    """A column of `RowSpace` as Fractions."""
+    over, denominator = numerators(values)
+    return [Fraction(int(v), denominator) for v in over]
+
+
+@given(MATRIX, st.data())
+def test_projections_are_those_of_gram_and_schmidt(X, data):
+    space = RowSpace.of(X)
+    rows = [[Fraction(int(v)) for v in row] for row in space.A.tolist()]
+    w, t = ([Fraction(data.draw(st.integers(-(10**6), 10**6))) for _ in range(size)] for size in X.shape)
+    whole_w, whole_t = (rationals.column(np.array([int(v) for v in x], dtype=object)) for x in (w, t))
+    inside, outside = split(w, transposed(rows))
+    assert rational(space.outside(whole_w)) == outside, (X, w)
+    assert rational(space.residual(whole_t)) == split(t, rows)[1], (X, t)
+    for u, image, wanted in (
+        (rational(space.coupling(whole_w)), lambda y: y, inside),
+        (
+            rational(space.fitted(whole_t)),
+            lambda y: [inner(c, y) for c in transposed(rows)],
+            split(t, rows)[0],
+        ),
+    ):
+        assert image([inner(row, u) for row in rows]) == wanted, (X, u)
+        assert not any(split(u, rows)[1]), (X, u)
 
 
 @given(MATRIX, st.data())
@@ -135,9 +149,9 @@ def test_squared_distance_of_hard_floats(X):
 
 
 @pytest.mark.parametrize("p", MULTIPLES)
-def test_multiples_of_the_prime_never_give_a_wrong_distance(p):
+def test_multiples_of_the_prime_give_the_right_distance(p):
     for X, o in (([[p]], [1.0]), ([[p, 0.0], [0.0, p]], [1.0, 2.0]), ([[p, 1.0], [0.0, p]], [1.0, 2.0])):
-        assert squared_distance(np.array(X), np.array(o)) in (None, distance(X, o)), (X, o)
+        assert squared_distance(np.array(X), np.array(o)) == distance(X, o), (X, o)
 
 
 def is_null(X, ball):
@@ -164,7 +178,7 @@ def test_the_left_null_space_is_hit_exactly(X, data):
     ball = into_left_null_space(X, b)
     assert ball is not None
     is_null(X, ball)
-    if row_basis(X).rank == X.shape[0]:
+    if RowSpace.of(X).rank == X.shape[0]:
         assert not ball.mid.any(), ball
 
 
@@ -188,10 +202,33 @@ def test_left_null_space_of_known_matrices(X, b, expected):
 @pytest.mark.parametrize("shape", [(1, 1), (2, 1), (2, 3)])
 def test_multiples_of_the_prime_never_pass_for_zero_rows(p, shape):
     X = np.full(shape, p)
-    ball = into_left_null_space(X, np.arange(1.0, shape[0] + 1))
-    if ball is not None:
-        is_null(X, ball)
+    assert RowSpace.of(X).rows == (0,)
+    is_null(X, into_left_null_space(X, np.arange(1.0, shape[0] + 1)))
 
 
 def test_a_null_vector_beyond_float64_is_not_claimed():
     assert into_left_null_space(np.array([[5e-324], [0.75]]), np.array([0.0, -2.0])) is None
+
+
+def of_two_sizes(X):
+    """Entries 1e+-150, which make integers of a thousand bits."""
+    return X * 10.0 ** np.random.default_rng(4).choice([-150, 150], size=X.shape)
+
+
+@pytest.mark.parametrize("shape", [(60, 500), (500, 60)])
+def test_the_limit_of_exact_work_counts_bits(shape):
+    random = np.random.default_rng(3)
+    X, o = random.normal(size=shape), random.normal(size=shape[1])
+    assert squared_distance(X, o) is not None
+    assert squared_distance(of_two_sizes(X), o) is None
+    assert squared_distance(of_two_sizes(X[:12, :40]), o[:40]) is not None
+
+
+@pytest.mark.parametrize(("shape", "known"), [((40, 30), True), ((200, 100), False)])
+def test_the_limit_of_exact_work_counts_what_deficient_rank_costs(shape, known):
+    X = np.random.default_rng(5).normal(size=shape)
+    assert RowSpace.within_limit(X).rank == shape[1]
+    X[:, 0] = X[:, 1]
+    space = RowSpace.within_limit(X)
+    assert (space is not None) == known, space
+    assert space is None or space.rank == shape[1] - 1, space.rank

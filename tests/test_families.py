@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, find, given, settings
 from hypothesis import strategies as st
 
-from convexperc.certificate.rationals import row_basis
+from convexperc.certificate.rationals import RowSpace
 from convexperc.errors import InputError
 from convexperc.problem.problem import Problem, same_data
 from verification.families import (
@@ -29,7 +29,7 @@ def holds(family: str, p: Problem) -> bool:
     """The defining property of a family, where it has one that can be read off."""
     zero = [value == 0.0 for value in p.lambdas]
     columns = p.blocks()
-    rank = row_basis(p.X).rank
+    rank = RowSpace.of(p.X).rank
     properties = {
         "zero_row": lambda: not p.X.any(axis=1).all(),
         "zero_modality": lambda: any(not block.any() for block in columns),
@@ -50,6 +50,7 @@ def holds(family: str, p: Problem) -> bool:
         "lambda_above_critical": lambda: p.lambda2 >= 2.0 * np.abs(p.X @ p.o).max() * (1 - 1e-12),
         "one_view": lambda: p.n == 1,
         "more_views_than_features": lambda: p.n > p.d,
+        "nearly_zero_view": lambda: p.n > p.d and zero[2] and np.abs(p.X).max(axis=1).min() <= 1e-6,
         "one_column_modalities": lambda: set(p.modalities.sizes) == {1},
     }
     return bool(properties.get(family, lambda: True)())

@@ -102,8 +102,8 @@ def squared_inverse(patch):
 
 
 def stiffer_null_space(patch):
-    honest = curvature.projection
-    patch.setattr(curvature, "projection", lambda basis: 4 * honest(basis))
+    honest = curvature.null_projection
+    patch.setattr(curvature, "null_projection", lambda space: 4 * honest(space))
 
 
 def zeros_without_radius(patch):

@@ -164,6 +164,15 @@ def mixed_scales(source: Source) -> Draft:
     return p
 
 
+def nearly_zero_view(source: Source) -> Draft:
+    """Up to two robots saw 1e-8 .. 1e-300 of what the others saw; n > d and lambda3 = 0."""
+    p = more_views_than_features(source)
+    for _ in range(source.integer(1, 2)):
+        p.X[source.integer(0, p.X.shape[0] - 1)] *= 10.0 ** -source.choice((25, 8, 100, 300))
+    p.lambdas[2] = 0.0
+    return p
+
+
 Family = Callable[[Source], Draft]
 
 
@@ -266,6 +275,7 @@ EXTREME: dict[str, Family] = {
     "extreme_views": _scaled_views(150),
     "extreme_data": _scaled_data(150),
     "mixed_scales": mixed_scales,
+    "nearly_zero_view": nearly_zero_view,
 }
 
 DEGENERATE: dict[str, Family] = ORDINARY_DEGENERATE | EXTREME

@@ -20,20 +20,14 @@ def primal_value(frame: BallFrame, point: Central) -> Number:
     if lambda1 == 0 or (lambda3 == 0 and frame.null is None):
         return total
     if lambda3 == 0:
-        return total + lambda1 * _projection_length(frame, w)
+        outside = times(frame.null, w)
+        return total + lambda1 * dot(outside, outside)
     residual = [-v for v in w]
     for weight, gram in zip(point.t, frame.K, strict=True):
         pull = times(gram, q)
         residual = [r + weight * v for r, v in zip(residual, pull, strict=True)]
         total += lambda3 * weight * dot(q, pull).nonnegative_part().sqrt()
     return total + lambda1 * dot(residual, residual)
-
-
-def _projection_length(frame: BallFrame, w: Numbers) -> Number:
-    """||N w||^2 for the orthogonal projection N onto {X'b = 0}."""
-    pulled = times(frame.null.transpose(), w)
-    gram = frame.null.transpose() * frame.null
-    return dot(pulled, times(gram.inv(), pulled))
 
 
 def dual_value(frame: BallFrame, point: Central) -> Number:
@@ -64,7 +58,7 @@ def dual_value(frame: BallFrame, point: Central) -> Number:
 
 def _squared_distance(frame: BallFrame) -> Number:
     """min_w ||X'w - o||^2 = ||o||^2 - c_B' G_BB^-1 c_B for a row basis B; 0 where G_BB may be singular."""
-    B = frame.rows
+    B = range(frame.n) if frame.space is None else frame.space.rows
     if not B:
         return frame.target
     block, c = flint.arb_mat([[frame.G[i, k] for k in B] for i in B]), [frame.c[i] for i in B]
@@ -80,10 +74,7 @@ def _dual_coupling(frame: BallFrame, point: Central, Xa: Numbers) -> Numbers:
     if lambda1 == 0 or (lambda3 == 0 and frame.null is None):
         return [flint.arb(0)] * frame.n
     if lambda3 == 0:
-        gram = frame.null.transpose() * frame.null
-        inside = times(gram.inv(), times(frame.null.transpose(), point.w))
-        inside = [(-2 * lambda1 * v).mid() for v in inside]
-        return times(frame.null, inside)
+        return [-2 * lambda1 * v for v in times(frame.null, point.w)]
     if lambda2 == 0:
         return Xa
     return [-2 * v for v in point.q]

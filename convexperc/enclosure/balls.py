@@ -5,16 +5,14 @@ Every number is an `arb` of python-flint: a midpoint with a radius that encloses
 
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import flint
 import numpy as np
 
-from convexperc.certificate.rationals import PRIMES, RowBasis, integers, row_basis, solve
-from convexperc.problem.arrays import Matrix
+from convexperc.certificate.rationals import RowSpace
 from convexperc.problem.problem import Problem
 
 Number = Any
@@ -111,11 +109,11 @@ class BallFrame:
     target : arb
         ||o||^2.
     lambdas : tuple of three arb
-    null : arb_mat (n, k) or None
-        A basis of {b : X'b = 0}, exact before rounding to balls; only where lambda3 = 0 < lambda1, and None
-        where that space is {0}.
-    rows : tuple of int
-        A row basis of X where lambda3 = 0 < lambda1 or lambda1 = lambda2 = 0; elsewhere all rows.
+    null : arb_mat (n, n) or None
+        The orthogonal projection onto {b : X'b = 0}; only where lambda3 = 0 < lambda1, and None where that
+        space is {0}.
+    space : RowSpace or None
+        Where lambda3 = 0 < lambda1 or lambda1 = lambda2 = 0.
     """
 
     K: list[Any]
@@ -124,7 +122,7 @@ class BallFrame:
     target: Number
     lambdas: tuple[Number, Number, Number]
     null: Any
-    rows: tuple[int, ...]
+    space: RowSpace | None
 
     @classmethod
     def of(cls, problem: Problem, exponents: tuple[int, int], data: ExactData | None = None) -> "BallFrame":
@@ -138,13 +136,13 @@ class BallFrame:
         target = sum((o.transpose() * o for o in data.targets), _zeros(1, 1))[0, 0]
         powers = units[0], units[1], two ** (-2 * x - t)
         lambdas = [flint.arb(v) * power for v, power in zip(problem.lambdas, powers, strict=True)]
-        null, rows = None, tuple(range(problem.n))
+        null, space = None, None
         if problem.lambda3 == 0.0 < problem.lambda1 or problem.lambda1 == problem.lambda2 == 0.0:
-            found, rows = left_null_space(problem.X)
-            null = found if problem.lambda1 > 0.0 else None
+            space = RowSpace.of(problem.X)
+            null = null_projection(space) if problem.lambda1 > 0.0 else None
         G = sum(K, _zeros(problem.n, problem.n))
         coupled = lambdas[0], lambdas[1], lambdas[2]
-        return cls(K, G, column(c * units[1]), target * units[2], coupled, null, rows)
+        return cls(K, G, column(c * units[1]), target * units[2], coupled, null, space)
 
     @property
     def n(self) -> int:
@@ -156,40 +154,20 @@ def _zeros(rows: int, columns: int) -> Any:
     return flint.arb_mat(rows, columns)
 
 
-def left_null_space(X: Matrix) -> tuple[Any, tuple[int, ...]]:
-    """A basis of {b : X'b = 0}, None where that is {0}, and a row basis of X.
+def null_projection(space: RowSpace) -> Any:
+    """The orthogonal projection I - M (M'M)^-1 M' onto {b : X'b = 0}, arb_mat (n, n); None where that is {0}.
 
-    The basis has one column for each dependent row, from its coefficients over the row basis.
-
-    Raises
-    ------
-    ArithmeticError
-        No prime of `convexperc.certificate.rationals` gave the rank over the rationals.
+    Every entry is known to the bits of the precision in force, however long the numbers of M'M must be for
+    that: M has full column rank, so that enough bits make M'M invertible.
     """
-    for prime in PRIMES:
-        basis = row_basis(X, prime)
-        free = [i for i in range(X.shape[0]) if i not in basis.rows]
-        if not free:
-            return None, basis.rows
-        null = _dependences(X, basis, free)
-        if null is not None:
-            return null, basis.rows
-    raise ArithmeticError("no prime gave the rank over the rationals")
-
-
-def _dependences(X: Matrix, basis: RowBasis, free: list[int]) -> Any:
-    """The null vectors of the free rows, or None where one does not depend on the basis."""
-    A, _ = integers(X)
-    rows, columns = list(basis.rows), list(basis.columns)
-    Y, det = np.zeros((0, len(free)), dtype=object), 1
-    if rows:
-        Y, det = solve(A[np.ix_(rows, columns)].T.copy(), A[np.ix_(free, columns)].T.copy())
-    if (A[rows].T @ Y - det * A[free].T).any():
+    n, bits = space.A.nrows(), flint.ctx.prec
+    if space.rank == n:
         return None
-    result = flint.arb_mat(X.shape[0], len(free))
-    for k, row in enumerate(free):
-        result[row, k] = flint.arb(1)
-        for i, own in enumerate(rows):
-            value = Fraction(-int(Y[i, k]), det)
-            result[own, k] = flint.arb(flint.fmpq(value.numerator, value.denominator))
-    return result
+    more, error = bits, flint.arb(2) ** -bits
+    while True:
+        more *= 2
+        with precision(more), suppress(ZeroDivisionError):
+            M = flint.arb_mat(space.image)
+            found = flint.arb_mat(n, n, 1) - M * (M.transpose() * M).inv() * M.transpose()
+            if all(value.rad() <= error for value in found.entries()):
+                return found

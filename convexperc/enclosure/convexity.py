@@ -1,4 +1,4 @@
-"""How strongly F is convex in the view weights: the matrix H of `convexperc.solution.weights`, and its inverse."""
+"""How strongly F is convex in the view weights: H of `convexperc.solution.weights`, and its inverse."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,8 +7,8 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.certificate.rationals import RANK_LIMIT
-from convexperc.enclosure.balls import BallFrame, left_null_space
+from convexperc.certificate.rationals import RowSpace, column
+from convexperc.enclosure.balls import BallFrame, null_projection
 from convexperc.problem.problem import Problem
 
 ACCURATE = 8
@@ -43,25 +43,28 @@ class Curvature:
         inverse = _inverse(principal(frame.G, P))
         if inverse is not None:
             return cls(frame.G, inverse, every)
-        if problem.n * problem.n * problem.d > RANK_LIMIT:
+        coupled = problem.lambda1 > 0.0
+        space = RowSpace.within_limit(problem.X if coupled else problem.X[P])
+        if space is None:
             raise RankUnknownError
-        if problem.lambda1 > 0.0:
-            basis, _ = left_null_space(problem.X)
-            H = frame.G if basis is None else frame.G + projection(basis) * frame.lambdas[0]
+        N = null_projection(space)
+        if N is None:
+            return None
+        if coupled:
+            H = frame.G + N * frame.lambdas[0]
             inverse = _inverse(principal(H, P))
             return None if inverse is None else cls(H, inverse, every)
-        basis, _ = left_null_space(problem.X[P])
-        if basis is None:
-            return None
         weight = max(frame.G[j, j].upper() for j in P)
-        inverse = _inverse(principal(frame.G, P) + basis * basis.transpose() * weight)
-        unique = np.array([all(v == 0 for v in row) for row in basis.tolist()])
+        inverse = _inverse(principal(frame.G, P) + N * weight)
+        unique = np.array([N[k, k].contains(0) and _is_settled(space, k) for k in range(len(P))])
         return None if inverse is None else cls(frame.G, inverse, unique)
 
 
-def projection(basis: Any) -> Any:
-    """The orthogonal projection onto the span of the columns."""
-    return basis * (basis.transpose() * basis).inv() * basis.transpose()
+def _is_settled(space: RowSpace, k: int) -> bool:
+    """Whether every null vector is 0 at row k, exactly: the projection of the unit vector is 0."""
+    unit = np.full(space.A.nrows(), 0, dtype=object)
+    unit[k] = 1
+    return not any(space.outside(column(unit)).entries())
 
 
 def principal(A: Any, rows: list[int]) -> Any:

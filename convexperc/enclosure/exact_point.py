@@ -6,8 +6,10 @@ from fractions import Fraction
 import flint
 import numpy as np
 
-from convexperc.enclosure.balls import BallFrame, ExactData, Number, Numbers, times
+from convexperc.certificate.rationals import RowSpace, column
+from convexperc.enclosure.balls import BallFrame, ExactData, Number, Numbers
 from convexperc.enclosure.central_path import Central
+from convexperc.enclosure.dyadic import exact_balls
 from convexperc.enclosure.interval import Interval
 from convexperc.problem.arrays import Vector
 from convexperc.problem.problem import Problem
@@ -66,27 +68,17 @@ def float_point(
     w, u = np.array([float(v * unit) for v in point.w]), np.zeros(problem.d)
     if problem.lambda1 == 0.0:
         return w, u
+    if frame.space is not None:
+        return w, np.array([float(v * unit) for v in _coupling(frame.space, point.w)])
     unit = unit * flint.arb(2) ** (-2 * scaling.x)
-    if problem.lambda3 == 0.0:
-        parts = [[v * unit for v in _least_norm(frame, point.w)]] * problem.m
-    else:
-        parts = [[weight * v * unit for v in point.q] for weight in point.t]
+    parts = [[weight * v * unit for v in point.q] for weight in point.t]
     for columns, part in zip(problem.modalities, data.columns(parts), strict=True):
         u[columns] = [float(v) for v in part]
     return w, u
 
 
-def _least_norm(frame: BallFrame, w: Numbers) -> Numbers:
-    """The y with u = X'y of least norm for which Xu is the projection of w onto the range of X."""
-    inside = list(w)
-    if frame.null is not None:
-        gram = frame.null.transpose() * frame.null
-        outside = times(frame.null, times(gram.inv(), times(frame.null.transpose(), w)))
-        inside = [value - part for value, part in zip(w, outside, strict=True)]
-    y, rows = [flint.arb(0)] * frame.n, frame.rows
-    if rows:
-        block = flint.arb_mat([[frame.G[a, b] for b in rows] for a in rows])
-        found = block.mid().solve(flint.arb_mat([[inside[a].mid()] for a in rows]), algorithm="approx")
-        for k, row in enumerate(rows):
-            y[row] = found[k, 0].mid()
-    return y
+def _coupling(space: RowSpace, w: Numbers) -> Numbers:
+    """The u of least norm for which Xu is the projection of w onto the range of X."""
+    whole = exact_balls(w, -space.exponent)
+    found, unit = space.coupling(column(whole.whole)), flint.arb(2) ** whole.exponent
+    return [flint.arb(value) * unit for value in found.entries()]

@@ -52,9 +52,7 @@ class Smooth:
         """S^-1 where lambda3 = 0."""
         if frame.null is None or self.coupled:
             return None
-        Z = frame.null.mid()
-        gram = (Z.transpose() * Z).inv()
-        return (Z * gram * Z.transpose() * self.lambda1).mid()
+        return (frame.null * self.lambda1).mid()
 
     def state(self, w: Numbers, t: Numbers) -> State:
         """S^-1, q = S^-1 w and K_i q."""

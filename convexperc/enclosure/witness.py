@@ -11,13 +11,15 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
+from typing import Any
 
 import flint
 import numpy as np
 
 from convexperc.certificate.certificate import Certificate
 from convexperc.certificate.duality import DualPoint
-from convexperc.certificate.rationals import PRIMES, Integers, integers, row_basis, solve
+from convexperc.certificate.rationals import Integers, RowSpace, column, integers, numerators
 from convexperc.enclosure.balls import BallFrame, precision
 from convexperc.enclosure.central_path import Central, CentralPath
 from convexperc.enclosure.dyadic import Dyadic, exact, exact_balls, power, root_down, root_up, shortened
@@ -26,7 +28,7 @@ from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
 
 POINT_BITS = 100
-"""A least-squares point is rounded where that moves the residuals by 2^-100 of their size."""
+"""A point is rounded where that moves the residuals by at most 2^-100 of the data's largest entry."""
 BITS = (128, 256, 512, 1024)
 """Precisions tried in turn where no float64 point proves enough."""
 
@@ -48,6 +50,11 @@ class Data:
         """Take the floats of a problem as the rationals that they are."""
         lambda1, lambda2, lambda3 = (Fraction(value) for value in problem.lambdas)
         return cls(problem, *integers(problem.X), exact(problem.o), lambda1, lambda2, lambda3)
+
+    @cached_property
+    def space(self) -> RowSpace:
+        """The span of the rows of X, in the same units."""
+        return RowSpace.of(self.problem.X)
 
     def rows(self, x: Dyadic) -> Dyadic:
         """X x."""
@@ -188,70 +195,39 @@ def _scaled(data: Data, a: Dyadic, b: Dyadic) -> _Dual | None:
     return (s * linear - s * s * quadratic, a.times(s), b.times(s)) if s else None
 
 
-@dataclass(frozen=True, eq=False)
-class _Range:
-    """The range of X as that of M = X X_B', B a row basis, in integers; M is in units of 4^exponent."""
-
-    B: Integers
-    M: Integers
-
-    @classmethod
-    def of(cls, data: Data) -> "_Range":
-        """Find a basis modulo a prime and verify over the integers that it spans every row."""
-        for prime in PRIMES:
-            basis = row_basis(data.problem.X, prime)
-            B = data.X[list(basis.rows)]
-            block, others = list(basis.columns), [i for i in range(data.problem.n) if i not in basis.rows]
-            if not others:
-                return cls(B, data.X @ B.T)
-            rest = data.X[others]
-            if basis.rank:
-                Y, det = solve(B[:, block].T.copy(), rest[:, block].T.copy())
-                rest = B.T @ Y - det * rest.T
-            if not rest.any():
-                return cls(B, data.X @ B.T)
-        raise ArithmeticError("no prime gave the rank over the rationals")
-
-    def fitted(self, right: Integers) -> tuple[Integers, int]:
-        """(y, det) with M'M y = det right, det > 0."""
-        if not self.B.shape[0]:
-            return np.full(0, 0, dtype=object), 1
-        Y, det = solve(self.M.T @ self.M, right[:, None])
-        return (Y[:, 0], det) if det > 0 else (-Y[:, 0], -det)
-
-
 def _into_null_space(data: Data, b: Dyadic) -> Dyadic:
     """The orthogonal projection of b onto {X'b = 0}, times a number within 2^-80 of 1."""
-    span = _Range.of(data)
-    if span.B.shape[0] == data.problem.n:
-        return Dyadic.zeros(data.problem.n)
-    if not span.B.shape[0]:
-        return b
-    y, det = span.fitted(span.M.T @ b.whole)
-    inside = Dyadic(b.whole * det - span.M @ y, b.exponent)
-    return inside.times(shortened(Fraction(1, det)))
+    inside, denominator = numerators(data.space.outside(column(b.whole)))
+    return Dyadic(inside, b.exponent).times(shortened(Fraction(1, denominator)))
 
 
 def _least_squares(best: Witnesses) -> None:
     """The equality case min_w ||X'w - o||^2, both bounds from its exact solution.
 
-    Formula: with M = X X_B' and M'M t = X_B o, the point u = X_B' t, w = X u = M t makes X'w the projection
-    of o onto the rows; the residual r = o - X'w gives a = -2 r, b = 0. t is rounded, r only scaled.
+    Formula: w = X u for the u in the span of the rows with X'X u the projection of o onto it; the residual
+    r = o - X'w gives a = -2 r, b = 0. u is rounded, r only scaled.
     """
-    data, span = best.data, _Range.of(best.data)
-    t, det = span.fitted(span.B @ data.o.whole)
-    residual = data.o.whole * det - data.X.T @ (span.M @ t) if t.size else data.o.whole
-    a = Dyadic(-2 * residual, data.o.exponent).times(shortened(Fraction(1, det)))
+    data, t = best.data, column(best.data.o.whole)
+    residual, denominator = numerators(data.space.residual(t))
+    a = Dyadic(-2 * residual, data.o.exponent).times(shortened(Fraction(1, denominator)))
     best.try_dual(a, Dyadic.zeros(data.problem.n))
-    if not t.size or best.target == 0:
+    if best.target == 0:
         return
-    exponent = data.o.exponent - 3 * data.exponent
-    pull = int(max(abs(data.X.T @ span.M).ravel())) * t.size
-    digits = max(0, pull.bit_length() - int(max(abs(data.o.whole))).bit_length() + POINT_BITS)
-    point = Dyadic(t * (1 << digits) // det, exponent - digits)
-    u = Dyadic(span.B.T @ point.whole, point.exponent + data.exponent)
-    w = data.rows(u)
-    best.try_primal(w, u if data.lambda1 else Dyadic.zeros(data.problem.d))
+    u = _rounded(data.space.fitted(t), 2 * _bits(data.X) + data.problem.n.bit_length() - _bits(data.o.whole))
+    u = Dyadic(u.whole, u.exponent + data.o.exponent - 2 * data.exponent)
+    best.try_primal(data.rows(u), u if data.lambda1 else Dyadic.zeros(data.problem.d))
+
+
+def _bits(whole: Integers) -> int:
+    """Bits of the largest entry."""
+    return int(max(abs(whole).ravel())).bit_length()
+
+
+def _rounded(values: Any, digits: int) -> Dyadic:
+    """A rational vector in fractions of 2^-digits and `POINT_BITS` more, for the sum of its entries."""
+    over, denominator = numerators(values)
+    digits = max(0, digits + over.size.bit_length() + POINT_BITS)
+    return Dyadic(over * (1 << digits) // denominator, -digits)
 
 
 def _central_points(problem: Problem, bits: int) -> Iterator[tuple[Scaling, Central]]:
@@ -288,10 +264,5 @@ def _nearest_coupling(data: Data, w: Dyadic) -> Dyadic:
     """The u of lambda3 = 0, for which X u is the projection of w onto the range of X; 0 if uncoupled."""
     if data.lambda1 == 0:
         return Dyadic.zeros(data.problem.d)
-    span = _Range.of(data)
-    y, det = span.fitted(span.M.T @ w.whole)
-    if not y.size:
-        return Dyadic.zeros(data.problem.d)
-    digits = int(max(abs(span.M).ravel())).bit_length() + POINT_BITS
-    whole = span.B.T @ (y * (1 << digits) // det)
-    return Dyadic(whole, w.exponent - data.exponent - digits)
+    u = _rounded(data.space.coupling(column(w.whole)), _bits(data.X))
+    return Dyadic(u.whole, u.exponent + w.exponent - data.exponent)

@@ -51,7 +51,7 @@ from convexperc.enclosure.balls import (
     times,
 )
 from convexperc.enclosure.central_path import Central
-from convexperc.enclosure.convexity import Curvature, RankUnknownError, principal, projection
+from convexperc.enclosure.convexity import Curvature, RankUnknownError, principal
 from convexperc.enclosure.enclosure import Enclosure
 from convexperc.errors import PointError
 from convexperc.problem.problem import Problem
@@ -204,7 +204,7 @@ def _refined(enclosure: Enclosure, frame: BallFrame) -> _Point:
         for weight, gram in zip(t, frame.K, strict=True):
             r = [a + weight * b for a, b in zip(r, times(gram, q), strict=True)]
     elif frame.null is not None:
-        r = [-v for v in times(projection(frame.null), w)]
+        r = [-v for v in times(frame.null, w)]
     else:
         r = [flint.arb(0)] * frame.n
     return _Point(w, r, gap.nonnegative_part().upper())
