@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from convexperc.certificate.lasso import Distinct, bound_merged
-from convexperc.certificate.reduced import LARGEST, Bounds, Shared, bound_reduced
+from convexperc.certificate.reduced import LARGEST_NUMBER, AnswerBounds, GramBounds, bound_reduced
 from convexperc.certificate.rounding import gamma
 from convexperc.certificate.tolerances import Tolerances
 from convexperc.problem.penalties import Penalties
@@ -45,12 +45,12 @@ class DataBounds:
     Attributes
     ----------
     data : ReducedData
-    shared : Shared
+    shared : GramBounds
         G, K and their bounds, normalised.
     """
 
     data: ReducedData
-    shared: Shared
+    shared: GramBounds
 
     @classmethod
     def of(cls, data: ReducedData) -> "DataBounds":
@@ -60,7 +60,7 @@ class DataBounds:
         lengths = np.sqrt(np.ldexp(squares, -2 * data.x) * (1.0 + 4 * g) + 2.0**-300)
         rows = np.sqrt((lengths**2).sum(axis=0)) * (1.0 + g)
         blocks = np.sqrt((lengths**2).sum(axis=1)) * (1.0 + g)
-        return cls(data, Shared(data.G, data.K, lengths, rows, blocks, g))
+        return cls(data, GramBounds(data.G, data.K, lengths, rows, blocks, g))
 
     @cached_property
     def squares(self) -> Intervals:
@@ -90,7 +90,7 @@ class DataBounds:
     def usable(self, penalties: Penalties) -> Bool[np.ndarray, " p"]:
         """Where bounds can be given at these lambdas; the other templates are solved on the original data."""
         normalised = self.data.normalised(penalties)
-        inside = (normalised >= 1.0 / LARGEST) & (normalised <= LARGEST)
+        inside = (normalised >= 1.0 / LARGEST_NUMBER) & (normalised <= LARGEST_NUMBER)
         inside[:, np.array(tuple(penalties)) == 0.0] = True
         found = self.data.sound & inside.all(axis=1)
         if penalties.uncoupled and not self.independent:
@@ -103,7 +103,7 @@ class DataBounds:
         penalties: Penalties,
         points: Points,
         tolerances: Tolerances | None,
-    ) -> Bounds:
+    ) -> AnswerBounds:
         """Bound F* and the gaps of answers to some templates.
 
         Parameters
@@ -117,14 +117,14 @@ class DataBounds:
 
         Returns
         -------
-        Bounds
+        AnswerBounds
             In normalised units.
         """
         data = self.data
         given = self.shared, data.C[chosen], data.targets[chosen], data.normalised(penalties)[chosen]
         if penalties.uncoupled:
             return bound_merged(self.distinct, *given, *points)
-        bounds = Bounds.unknown(chosen.size, data.n, data.m)
+        bounds = AnswerBounds.unknown(chosen.size, data.n, data.m)
         bound_reduced(*given, *points, math.inf if tolerances is None else tolerances.relative, bounds)
         if tolerances is None:
             return bounds

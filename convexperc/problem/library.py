@@ -13,7 +13,7 @@ from convexperc.problem.arrays import BLOCK, FeatureVector, real_array
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.reduction import CHUNK
 
-SAFE = 2.0**200
+SAFE_SQUARE = 2.0**200
 """Squared lengths beyond this, or below its inverse, are left to `solve`: products may underflow."""
 
 
@@ -142,7 +142,7 @@ class Lengths:
     @cached_property
     def sound(self) -> Bool[np.ndarray, " p"]:
         """Where the length is neither 0 nor out of the safe range."""
-        return np.asarray((self.squares > 1.0 / SAFE) & (self.squares < SAFE))
+        return np.asarray((self.squares > 1.0 / SAFE_SQUARE) & (self.squares < SAFE_SQUARE))
 
     @cached_property
     def exponents(self) -> Int[np.ndarray, " p"]:

@@ -13,7 +13,13 @@ from jaxtyping import Bool, Float, Int
 
 from convexperc.errors import ProblemError
 from convexperc.problem.arrays import FeatureVector, Vector
-from convexperc.problem.library import SAFE, TemplateLibrary, length_exponents, read_columns, squared_lengths
+from convexperc.problem.library import (
+    SAFE_SQUARE,
+    TemplateLibrary,
+    length_exponents,
+    read_columns,
+    squared_lengths,
+)
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
 from convexperc.problem.reduction import Reduction
@@ -120,7 +126,7 @@ class ReducedData:
         return Problem.of(self.views, self.library.template(j), penalties)
 
     def normalised(self, penalties: Penalties) -> Float[np.ndarray, "p 3"]:
-        """(lambda1, lambda2, lambda3) in each template's own units; infinite or 0 beyond the range of float64."""
+        """(lambda1, lambda2, lambda3) in each template's own units; inf or 0 beyond the range of float64."""
         found = np.empty((self.p, 3))
         with np.errstate(over="ignore", under="ignore"):
             found[:, 0] = np.ldexp(penalties.lambda1, -2 * self.x)
@@ -159,7 +165,7 @@ def _library(templates: Any, names: Sequence[str] | None, views: Views) -> Templ
 def _exponent(reduction: Reduction) -> tuple[int, bool]:
     """x, and whether the Gram matrices can be used."""
     largest = float(reduction.G.diagonal().max())
-    usable = 1.0 / SAFE < largest < SAFE and bool(np.isfinite(reduction.G).all())
+    usable = 1.0 / SAFE_SQUARE < largest < SAFE_SQUARE and bool(np.isfinite(reduction.G).all())
     return int(length_exponents(largest)) if usable else 0, usable
 
 

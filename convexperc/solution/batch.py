@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from convexperc.certificate.data_bounds import DataBounds, Points
-from convexperc.certificate.reduced import Bounds
+from convexperc.certificate.reduced import AnswerBounds
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.errors import StartError
 from convexperc.problem.penalties import Penalties
@@ -47,7 +47,7 @@ class BatchSolver:
         Where the reduced data may be used; the others are for `fall_back`.
     reduced : Batch
         Normalised answers.
-    proved : Bounds
+    proved : AnswerBounds
         Of these, normalised.
     warm : bool
         Whether `reduced` holds a start.
@@ -63,7 +63,7 @@ class BatchSolver:
     normalised: Float[np.ndarray, "p 3"]
     ready: Bool[np.ndarray, " p"]
     reduced: Batch
-    proved: Bounds
+    proved: AnswerBounds
     warm: bool
     singles: dict[int, Solution] = field(default_factory=dict)
     solving: float = 0.0
@@ -89,7 +89,7 @@ class BatchSolver:
         )  # fmt: skip
         batch = cls(
             bounds, penalties, tolerances, data.normalised(penalties), bounds.usable(penalties), reduced,
-            Bounds.unknown(p, n, m), start is not None,
+            AnswerBounds.unknown(p, n, m), start is not None,
         )  # fmt: skip
         if start is not None:
             batch._start_from(start)
@@ -163,7 +163,7 @@ class BatchSolver:
         self.fall_back((~self.answers.certified).nonzero()[0])
 
     def fall_back(self, chosen: Chosen, solver: Solver | None = None, *, escalate: bool = True) -> None:
-        """Solve the chosen templates one by one, on the original data; the views' Gram matrices are shared."""
+        """Solve the chosen templates one by one, on the original data; the Gram matrices are shared."""
         if chosen.size == 0:
             return
         began, tolerances = time.perf_counter(), self.tolerances
@@ -180,7 +180,7 @@ class BatchSolver:
 
     @cached_property
     def answers(self) -> Answers:
-        """Everything that is known so far, on the original data; powers of two in the safe range are exact."""
+        """What is known so far, on the original data; powers of two in the safe range are exact."""
         shift, proved = 2 * self.data.exponents, self.proved
         lower, upper, gap = (np.ldexp(x, shift) for x in (proved.lower, proved.upper, proved.gap))
         if not self.ready.all():

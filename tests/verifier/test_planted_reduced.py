@@ -104,7 +104,7 @@ ALL = tuple(cases())
 
 
 def disturbed(module: ModuleType, case: Case, gamma: float, signs: tuple[int, int]) -> tuple[Any, Any, float]:
-    """Shared data, c and ||o||^2, off by all that `gamma` allows, in a direction that hurts."""
+    """GramBounds data, c and ||o||^2, off by all that `gamma` allows, in a direction that hurts."""
     problem, reduction = case.problem, case.reduction
     lengths = np.sqrt(np.einsum("ijj->ij", reduction.K))
     rows = np.linalg.norm(problem.X, axis=1)
@@ -117,13 +117,13 @@ def disturbed(module: ModuleType, case: Case, gamma: float, signs: tuple[int, in
     target = omega**2 + signs[0] * moved * omega**2
     blocks = np.sqrt((lengths**2).sum(axis=1))
     grow = 1.0 + gamma
-    return module.Shared(G, K, grow * lengths, grow * rows, grow * blocks, gamma), c, target
+    return module.GramBounds(G, K, grow * lengths, grow * rows, grow * blocks, gamma), c, target
 
 
 def judged(module: ModuleType, case: Case, gamma: float, signs: tuple[int, int]) -> Any:
     """The bounds that follow from disturbed data."""
     shared, c, target = disturbed(module, case, gamma, signs)
-    bounds = module.Bounds.unknown(1, case.problem.n, len(shared.K))
+    bounds = module.AnswerBounds.unknown(1, case.problem.n, len(shared.K))
     data = c[None], np.array([target]), np.array([case.problem.lambdas])
     module.bound_reduced(shared, *data, case.w[None], case.t[None], case.q[None], 1e-9, bounds)
     return bounds
