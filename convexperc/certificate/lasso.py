@@ -1,4 +1,4 @@
-"""AnswerBounds of F* where the coupling costs little: a lasso in w alone lies below F.
+"""Bounds of F* where the coupling costs little: a lasso in w alone lies below F.
 
 F* is at least the optimum of a lasso in w alone, h(w) = ||X'w - o||^2 + lambda2 ||w||_1, and is that optimum
 where the coupling costs nothing: with lambda1 = 0, u = 0 is best; with lambda3 = 0 some u has Xu = w. With

@@ -1,4 +1,4 @@
-"""AnswerBounds of F* from the reduced data alone, compiled: one answer in time O(m n^2), rounding included.
+"""Bounds of F* from the reduced data alone, compiled: one answer in time O(m n^2), rounding included.
 
 The point is w as given and u^i = t_i X_i' q; the dual point is a = 2(X'w - o) and one of
 

@@ -55,7 +55,7 @@ def interpreted(*changes: tuple[str, str]) -> ModuleType:
     """As plain Python; its `Distinct` is one of the library's, so that the library takes it."""
     kin = (
         "class Distinct:",
-        "class Distinct(__import__('convexperc.certificate.lasso').lasso_bounds.Distinct):",
+        "class Distinct(__import__('convexperc.certificate.lasso').certificate.lasso.Distinct):",
     )
     copy, below = plain(lasso_bounds, kin, *changes), plain(reduced_bounds)
     copy.__dict__.update({name: getattr(below, name) for name in PLAIN})

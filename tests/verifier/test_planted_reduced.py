@@ -205,14 +205,17 @@ def test_the_compiled_code_is_the_interpreted_code() -> None:
 
 
 MUTANTS = {
-    "the loss without its rounding": ("error = g * rho * rho + SMALL", "error = SMALL"),
-    "half of the loss's rounding": ("error = g * rho * rho + SMALL", "error = 0.05 * g * rho * rho + SMALL"),
+    "the loss without its rounding": ("error = g * rho * rho + UNDERFLOW_SUM", "error = UNDERFLOW_SUM"),
+    "half of the loss's rounding": (
+        "error = g * rho * rho + UNDERFLOW_SUM",
+        "error = 0.05 * g * rho * rho + UNDERFLOW_SUM",
+    ),
     "the loss's rounding turned": ("max(0.0, loss + error)", "max(0.0, loss - error)"),
     "the lower loss's rounding turned": (
         "max(0.0, loss - error) + lambdas",
         "max(0.0, loss + error) + lambdas",
     ),
-    "modality norms without rounding": ("error = g * tau * tau + SMALL", "error = SMALL"),
+    "modality norms without rounding": ("error = g * tau * tau + UNDERFLOW_SUM", "error = UNDERFLOW_SUM"),
     "modality norms bounded on the wrong side": (
         "room.high[i] = np.sqrt(max(0.0, square) + error)",
         "room.high[i] = np.sqrt(max(0.0, square - error))",
@@ -223,8 +226,8 @@ MUTANTS = {
     ),
     "b without rounding": ("room.b_error[a] = 2.0 * g *", "room.b_error[a] = 0.0 * g *"),
     "the reach of b without rounding": (
-        "+ g * tau * tau + SMALL\n        room.reach",
-        "+ SMALL\n        room.reach",
+        "+ g * tau * tau + UNDERFLOW_SUM\n        room.reach",
+        "+ UNDERFLOW_SUM\n        room.reach",
     ),
     "v not scaled into its box": ("s = two / worst * (1.0 - 16 * U)", "s = s"),
     "b not scaled into its balls": ("s = three / room.reach[i] * (1.0 - 16 * U)", "s = s"),
