@@ -156,10 +156,10 @@ def _library(templates: Any, names: Sequence[str] | None, views: Views) -> Templ
     if columns.shape[0] != d:
         if isinstance(templates, Mapping):
             must = f"must have one entry for each of the {d} columns of X"
-            raise ProblemError(f"reference {found[0]!r}", value=columns.shape[:1], must=must)
+            raise ProblemError(f"reference {next(iter(templates))!r}", value=columns.shape[:1], must=must)
         must = f"must have {d} rows, as X has columns"
         raise ProblemError("O", value=columns.shape, must=must, remedy="Each column of O is one template.")
-    return TemplateLibrary(columns, found, views.modalities)
+    return TemplateLibrary(columns, views.modalities, found)
 
 
 def _exponent(reduction: Reduction) -> tuple[int, bool]:
@@ -173,11 +173,11 @@ def _products(reduction: Reduction, library: TemplateLibrary) -> Float[np.ndarra
     """Row j is X o_j; the first pass over a library also measures it."""
     C = np.empty((len(library), reduction.G.shape[0]))
     squares = None if library.measured else np.empty(len(library))
-    for chosen, block in library.blocks():
-        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        for chosen, block in library.blocks():
             C[chosen] = reduction.product(block)
-        if squares is not None:
-            squares[chosen] = squared_lengths(block, chosen.start)
+            if squares is not None:
+                squares[chosen] = squared_lengths(block, chosen.start)
     if squares is not None:
         library.keep(squares)
     return C

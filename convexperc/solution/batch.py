@@ -87,8 +87,9 @@ class BatchSolver:
             np.zeros((p, n)), np.zeros((p, m)), np.zeros((p, n)), np.zeros(p, dtype=np.int64),
             np.full((p, 2), np.nan),
         )  # fmt: skip
+        lambdas = data.normalised(penalties)
         batch = cls(
-            bounds, penalties, tolerances, data.normalised(penalties), bounds.usable(penalties), reduced,
+            bounds, penalties, tolerances, lambdas, bounds.usable(penalties, lambdas), reduced,
             AnswerBounds.unknown(p, n, m), start is not None,
         )  # fmt: skip
         if start is not None:
@@ -147,10 +148,11 @@ class BatchSolver:
         Without `thorough`, the first dual point is tried alone.
         """
         began, tolerances = time.perf_counter(), self.tolerances if thorough else None
-        points = Points(found.W, found.T, found.Q)
-        for mine, new in zip(
-            self.proved, self.bounds.of_points(chosen, self.penalties, points, tolerances), strict=True
-        ):
+        proved = self.bounds.of_points(
+            chosen, self.normalised[chosen], Points(found.W, found.T, found.Q), tolerances,
+            uncoupled=self.penalties.uncoupled,
+        )  # fmt: skip
+        for mine, new in zip(self.proved, proved, strict=True):
             mine[chosen] = new
         for name in ("W", "T", "Q", "iterations", "gaps"):
             getattr(self.reduced, name)[chosen] = getattr(found, name)
