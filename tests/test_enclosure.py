@@ -10,10 +10,10 @@ import pytest
 from convexperc.certificate.certificate import certify
 from convexperc.certificate.rationals import PRIME, exact_optimum
 from convexperc.enclosure.active_set import ActiveSetNewton, Start
-from convexperc.enclosure.ball_duality import dual_value, objective_at, primal_value
 from convexperc.enclosure.balls import ReducedBalls, precision
 from convexperc.enclosure.central_path import Central
 from convexperc.enclosure.enclosure import certify_in_balls, enclose
+from convexperc.enclosure.interval import dual_value, objective_at, primal_value
 from convexperc.errors import PrecisionError
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling

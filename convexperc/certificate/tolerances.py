@@ -1,6 +1,7 @@
 """How narrow a gap must be: the one rule of what is certified."""
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from convexperc.errors import ToleranceError
@@ -54,3 +55,7 @@ class Tolerances:
     def met_by_shares(self, of_optimum: float, of_target: float) -> bool:
         """`met` for a gap that is given as shares of F* and of ||o||^2."""
         return of_optimum <= self.relative or of_target <= self.absolute
+
+    def met_exactly(self, gap: Fraction, lower: Fraction, target: Fraction) -> bool:
+        """`met` over the rationals."""
+        return gap <= Fraction(self.relative) * lower or gap <= Fraction(self.absolute) * target

@@ -7,7 +7,7 @@ h(w, t) + lambda2 sum_j sign_j w_j is smooth; its stationary point is the optimu
 
 A step ends where an entry reaches 0, which leaves the face; at a stationary point, the entry whose condition
 fails most enters.
-Nothing here is a proof: the interval at the point is (`convexperc.enclosure.ball_duality`).
+Nothing here is a proof: the interval at the point is (`convexperc.enclosure.interval`).
 
 Source: Nocedal and Wright, Numerical Optimization, 2nd ed., section 16.5 (active sets).
 """

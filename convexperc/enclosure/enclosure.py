@@ -14,9 +14,8 @@ import numpy as np
 
 from convexperc.certificate.certificate import Certificate
 from convexperc.certificate.rationals import exact_optimum
-from convexperc.certificate.tolerances import ABSOLUTE
+from convexperc.certificate.tolerances import ABSOLUTE, Tolerances
 from convexperc.enclosure.active_set import Start
-from convexperc.enclosure.ball_duality import objective_at
 from convexperc.enclosure.balls import (
     ExactData,
     Number,
@@ -27,7 +26,7 @@ from convexperc.enclosure.balls import (
     precision,
 )
 from convexperc.enclosure.exact_point import ExactPoint, float_point
-from convexperc.enclosure.interval import Interval, quotient
+from convexperc.enclosure.interval import Interval, objective_at, quotient
 from convexperc.errors import PrecisionError, SolverError
 from convexperc.problem.arrays import FeatureVector, Vector, point_entries
 from convexperc.problem.problem import Problem
@@ -109,15 +108,16 @@ def enclose(
         A start of a wrong shape or with NaN or infinity.
     PrecisionError
         Fewer than 53 bits.
+    ToleranceError
+        A tolerance is no finite number >= 0.
     """
     if bits < 53:
         raise PrecisionError("bits", value=bits, must="must be at least 53")
     known = _Known.of(problem, start)
-    tolerances = relative_tolerance, absolute_tolerance
+    tolerances = Tolerances(relative_tolerance, absolute_tolerance)
     best = _in_one_precision(known, bits, tolerances)
     for more in BITS:
-        narrow = best.relative_width <= relative_tolerance or best.share_of_target <= absolute_tolerance
-        if narrow and best.steps:
+        if best.steps and tolerances.met_by_shares(best.relative_width, best.share_of_target):
             break
         if more > bits:
             found = _in_one_precision(known, more, tolerances)
@@ -155,7 +155,7 @@ class _Known:
         return cls(problem, scaling, ExactData.of(problem), exact_optimum(problem), near)
 
 
-def _in_one_precision(known: _Known, bits: int, tolerances: tuple[float, float]) -> Enclosure:
+def _in_one_precision(known: _Known, bits: int, tolerances: Tolerances) -> Enclosure:
     """The best that one precision gives."""
     scaling = known.scaling
     with precision(bits):

@@ -20,6 +20,7 @@ import numpy as np
 from convexperc.certificate.certificate import Certificate
 from convexperc.certificate.duality import DualPoint
 from convexperc.certificate.rationals import Integers, RowSpace, column, integers, numerators
+from convexperc.certificate.tolerances import Tolerances
 from convexperc.enclosure.balls import ReducedBalls, precision
 from convexperc.enclosure.central_path import Central, CentralPath
 from convexperc.enclosure.dyadic import Dyadic, exact, exact_balls, power, root_down, root_up, shortened
@@ -119,10 +120,10 @@ class Witnesses:
             if found is not None and found[0] > self.dual[0]:
                 self.dual = found
 
-    def within(self, relative: float, absolute: float, width: Fraction) -> bool:
-        """Whether the interval is as narrow as one of three bounds."""
+    def within(self, tolerances: Tolerances, width: Fraction) -> bool:
+        """Whether the interval meets the tolerances, or is at most as wide as another."""
         reached, low = self.primal[0] - self.dual[0], self.dual[0]
-        return reached <= max(Fraction(relative) * low, Fraction(absolute) * self.target, width)
+        return reached <= width or tolerances.met_exactly(reached, low, self.target)
 
 
 def witnesses(data: Data, point: tuple[Vector, FeatureVector], certificate: Certificate) -> Witnesses:
@@ -150,14 +151,14 @@ def witnesses(data: Data, point: tuple[Vector, FeatureVector], certificate: Cert
     width = Fraction(0)
     if math.isfinite(certificate.upper) and not certificate.certified:
         width = Fraction(certificate.upper) - Fraction(certificate.lower)
-    tolerances = certificate.relative_tolerance, certificate.absolute_tolerance
+    tolerances = certificate.tolerances
     for bits in BITS:
-        if best.within(*tolerances, width):
+        if best.within(tolerances, width):
             break
         with precision(bits), suppress(ZeroDivisionError):  # a matrix singular at these bits: take more
             for central in _central_points(data.problem, bits):
                 _try_central(best, central)
-                if best.within(*tolerances, width):
+                if best.within(tolerances, width):
                     break
     return best
 

@@ -36,7 +36,6 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.enclosure.ball_duality import dual_value, objective_at, primal_value
 from convexperc.enclosure.balls import (
     Number,
     Numbers,
@@ -53,6 +52,7 @@ from convexperc.enclosure.balls import (
 from convexperc.enclosure.central_path import Central
 from convexperc.enclosure.convexity import Curvature, RankUnknownError, principal
 from convexperc.enclosure.enclosure import Enclosure
+from convexperc.enclosure.interval import dual_value, objective_at, primal_value
 from convexperc.errors import PointError
 from convexperc.problem.problem import Problem
 from convexperc.solution.solution import Solution
