@@ -15,6 +15,8 @@ autodoc_preserve_defaults = True
 autodoc_typehints = "none"
 autosummary_generate = False
 numpydoc_show_class_members = False
+smartquotes = False  # X' is a transpose
+toc_object_entries_show_parents = "hide"
 html_theme_options = {"page_width": "1100px", "sidebar_width": "260px"}
 
 PAGES = sorted(page.stem for page in Path(__file__).parent.glob("convexperc.*.rst"))
