@@ -16,7 +16,7 @@ REMEDY = "Give each modality at least one column, and each column exactly one mo
 
 @dataclass(frozen=True, eq=False)
 class Modalities:
-    """m named groups of columns that together cover 0 .. d-1, each column once.
+    """m named groups of columns: every column belongs to one of them.
 
     Attributes
     ----------

@@ -63,7 +63,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Newton:
-    """Proximal Newton in (w, t); see `convexperc.problem.reduction` for the form and `newton_kernel` for the loop.
+    """Proximal Newton in (w, t); the form is that of `convexperc.problem.reduction`.
 
     Attributes
     ----------

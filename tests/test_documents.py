@@ -1,0 +1,192 @@
+"""The documents: examples run and print what is proved; every link, picture, file and name is there."""
+
+import ast
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from pkgutil import resolve_name
+
+import pytest
+
+import convexperc
+from convexperc.problem import read_problem
+
+ROOT = Path(__file__).parent.parent
+DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+COMMANDS = (
+    "    python3 -m venv .venv && .venv/bin/python -m pip install -q -c constraints.txt -e '.[test]'"
+    " && .venv/bin/python -m verification report\n",
+    "    python3 -m venv .venv && .venv/bin/python -m pip install -q -c constraints.txt -e '.[test]'"
+    " && .venv/bin/python -m pytest\n",
+)
+"""What continuous integration and users copy, verbatim."""
+
+
+def text(name: str | Path) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def blocks(document: str | Path, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", text(document), re.DOTALL)
+
+
+def readme(lines: list[str]) -> None:
+    assert lines[0].startswith("Verdict.PROVED ica-sign ['robot-3', 'robot-4', 'robot-1'"), lines
+
+
+def python(lines: list[str]) -> None:
+    assert lines[0].startswith("Status.CERTIFIED"), lines
+    lower, upper = map(float, lines[0].split()[1:])
+    assert lower <= upper <= lower * (1 + 1e-9), lines
+    assert float(lines[2]) > 1e-9, lines
+    label = re.fullmatch(r"Verdict.PROVED (object \d+) (\d+) of 1000 solved to the end", lines[3])
+    assert label is not None, lines
+    assert 0 < int(label[2]) < 1000, lines
+    assert lines[4] == f"Verdict.PROVED {label[1]}", lines
+    certified, gap = lines[5].split()
+    assert certified == "True", lines
+    assert float(gap) < 1e-8, lines
+    assert len(ast.literal_eval(lines[6])) == 5, lines
+    assert ast.literal_eval(lines[7])[0] == label[1], lines
+    below, width, bits = lines[8].split()
+    assert (below, bits) == ("True", "128"), lines
+    assert float(width) < 1e-12, lines
+    assert lines[9].startswith("[ True  True  True  True  True  True] "), lines
+    assert [line.split()[:3] for line in lines[10:-1]] == [
+        [name, "Verdict.PROVED", name] for name in ("red-car", "gray-car", "ica-sign")
+    ], lines
+    assert lines[-1] == "ProblemError lambda1 must be a finite real number >= 0", lines
+
+
+def certificates(lines: list[str]) -> None:
+    lower, upper, width, bits = map(float, lines[0].split())
+    assert lower <= upper, lines
+    assert width < 1e-12, lines
+    assert bits == 128, lines
+    for line in lines[1:3]:
+        determined, least, weight, most = line.split()
+        assert determined == "True", lines
+        assert float(least) <= float(most), lines
+        assert abs(float(weight) - float(least)) < 1e-12, lines  # w is not w*: it may lie beside the interval
+    assert lines[3].endswith("all determined"), lines
+
+
+def solvers(lines: list[str]) -> None:
+    assert [line.split()[0] for line in lines[:3]] == ["newton", "cvxpy+clarabel", "osqp"], lines
+    assert all("Status.CERTIFIED" in line for line in lines[:3]), lines
+    assert float(lines[3].split()[-1]) > 1e-9, lines
+
+
+EXAMPLES: dict[str, Callable[[list[str]], None]] = {
+    "README.md": readme,
+    "docs/python.md": python,
+    "docs/certificates.md": certificates,
+    "docs/solvers.md": solvers,
+}
+"""What the examples of each document print; those of one document continue one another."""
+
+
+@pytest.mark.parametrize("document", EXAMPLES)
+def test_the_examples_run_and_print_what_is_proved(document):
+    code = "".join(blocks(document, "python"))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    EXAMPLES[document](done.stdout.splitlines())
+
+
+def test_no_example_is_left_out():
+    found = {str(each.relative_to(ROOT)) for each in DOCUMENTS if blocks(each, "python")}
+    assert found == {*EXAMPLES, "CONTRIBUTING.md"}, found
+
+
+def test_the_example_of_workers_elsewhere_names_what_there_is():
+    for statement in ast.walk(ast.parse("".join(blocks("CONTRIBUTING.md", "python")))):
+        if isinstance(statement, ast.ImportFrom):
+            for name in statement.names:
+                resolve_name(f"{statement.module}:{name.name}")
+
+
+def test_the_problem_of_the_command_line_page_can_be_read(tmp_path):
+    (written,) = blocks("docs/command-line.md", "json")
+    (tmp_path / "problem.json").write_text(written, encoding="utf-8")
+    found = read_problem(tmp_path / "problem.json")
+    assert found.id == json.loads(written)["id"]
+    assert found.problem.modalities.names == ("color", "lbp")
+
+
+def test_the_readme_is_short_and_keeps_both_commands():
+    found = text("README.md")
+    assert len(found.splitlines()) <= 100
+    assert all(found.count(command) == 1 for command in COMMANDS)
+    (example,) = blocks("README.md", "python")
+    assert len([line for line in example.splitlines() if line]) <= 6, example
+
+
+def anchors(document: Path) -> set[str]:
+    """What GitHub makes of the headings."""
+    headings = re.findall(r"^#+ (.*)$", document.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda each: each.name)
+def test_every_link_and_picture_is_there(document):
+    prose = re.sub(r"```.*?```", "", text(document), flags=re.DOTALL)
+    links = re.findall(r"!?\[[^\]]*\]\(([^)\s]+)\)", prose)
+    for link in links:
+        if re.match(r"[a-z]+:", link):
+            continue
+        path, _, anchor = link.partition("#")
+        target = (document.parent / path).resolve() if path else document
+        assert target.exists(), link
+        assert target.is_relative_to(ROOT), link
+        assert not anchor or anchor in anchors(target), (link, anchors(target))
+    assert all(alt for alt in re.findall(r"!\[([^\]]*)\]", prose)), "a picture without a description"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda each: each.name)
+def test_every_file_and_name_in_code_is_there(document):
+    for code in re.findall(r"`([^`\n]+)`", re.sub(r"```.*?```", "", text(document), flags=re.DOTALL)):
+        path = re.fullmatch(r"(convexperc|verification|tests|docs|reports|\.ci)/[\w./-]*", code)
+        if path and not re.search(r"NAME|/\d$", code):  # a schema is called like convexperc/proof/1
+            assert (ROOT / code).exists(), code
+        if re.fullmatch(r"convexperc(\.\w+)+", code):
+            resolve_name(code)
+
+
+def test_the_tree_of_the_architecture_is_that_of_the_files():
+    tree = next(block for block in blocks("docs/architecture.md", "text") if block.startswith("convexperc/"))
+    inside = {line.split()[0].strip("/") for line in tree.splitlines() if line.startswith("  ")}
+    hidden = {"__init__.py", "__init__.pyi", "__main__.py", "__pycache__", "py.typed"}
+    assert inside == {each.name for each in (ROOT / "convexperc").iterdir()} - hidden
+    assert all((ROOT / line.split()[0]).is_dir() for line in tree.splitlines() if not line.startswith("  "))
+
+
+def test_the_reference_has_a_page_for_each_public_face_and_lists_all_public_names():
+    faces = {
+        ".".join(each.relative_to(ROOT).parts[:-1]) for each in (ROOT / "convexperc").rglob("__init__.pyi")
+    }
+    pages = {page.stem for page in (ROOT / "docs" / "api").glob("*.rst")} - {"index"}
+    assert pages == faces - {"convexperc"} | {"convexperc.errors", "convexperc.files"}
+    listed = re.findall(r"^   ~convexperc\.\w+\.(\w+)$", text("docs/api/index.rst"), re.MULTILINE)
+    assert sorted(listed) == sorted(convexperc.__all__)
+
+
+def test_the_reference_builds_without_a_warning(tmp_path):
+    pytest.importorskip("sphinx", reason="needs the extra docs")
+    pytest.importorskip("numpydoc", reason="needs the extra docs")
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-W",
+        "-q",
+        "-b",
+        "html",
+        str(ROOT / "docs" / "api"),
+        str(tmp_path),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
