@@ -181,8 +181,8 @@ def solve(
     found = answer.certificate
     out.print(tables.problem_line(asked.problem, asked.id))
     tables.show_blocks(out, asked.problem, answer.w, answer.u, found)
-    claim = "solver", tables.solver_claim(answer)
-    tables.show_facts(out, "Certificate", [*tables.certificate_facts(found), claim])
+    status = "solver", tables.solver_status(answer)
+    tables.show_facts(out, "Certificate", [*tables.certificate_facts(found), status])
     return found.certified
 
 
