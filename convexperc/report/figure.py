@@ -35,7 +35,7 @@ ROW_HEIGHT, HEADING_HEIGHT = 0.34, 0.95
 MOST_VIEWS, MOST_BARS = 24, 16
 """Largest numbers of views and of rows in a panel: more make the figure longer than a page."""
 LONGEST_SIDE = 360
-"""Side in pixels to which pictures are reduced: what a cell shows at 150 dots per inch."""
+"""Side in pixels to which pictures are reduced: slightly more than a cell has at 150 dots per inch."""
 INK, QUIET, LINE, FAINT = "#1d2733", "#6b7683", "#d5dae0", "#eceef1"
 """Colours of text, of secondary text, of lines and of the background of bars."""
 ACCENT, ALARM = "#0b6fb8", "#b3261e"
