@@ -12,8 +12,8 @@ def color_histogram(image: Picture, configuration: FeatureConfiguration) -> Floa
     """Count the pixels of each intensity.
 
     With B bins, a pixel has ``b_c = floor(v_c B / 256)``. By channel ``h[c B + b] = #{pixels with b_c = b}``,
-    first R, then G, then B. In a joint histogram, ``h[(b_R B + b_G) B + b_B]`` counts the pixels of that colour.
-    Each histogram sums to the number of pixels and does not depend on their positions.
+    first R, then G, then B. In a joint histogram, ``h[(b_R B + b_G) B + b_B]`` counts the pixels of that
+    colour. Each histogram sums to the number of pixels and does not depend on their positions.
 
     Parameters
     ----------
