@@ -47,7 +47,10 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
         ("objects", f"{count} of {len(recognition.names)} have a certified answer"),
         ("solver", solver_status(solution)),
         *(("warning", warning) for warning in recognition.warnings),
-        ("scope", "proved for these features and lambdas, not that they tell the objects apart"),
+        (
+            "scope",
+            "proved for these features and lambdas; whether they distinguish the objects is not proved",
+        ),
     ]
     show_facts(out, f"Certificate for {best.name}", facts)
 

@@ -37,8 +37,8 @@ from convexperc.solvers.newton.subproblem import minimise, new_model
 ROUNDING_TOLERANCE = 4e-15
 """An increase of the objective below this fraction of ||o||^2, 18 units of 2^-52, counts as rounding."""
 STAGNATION_ITERATIONS = 12
-"""Iterations in a row that do not halve the best gap: stagnation at rounding level. Newton steps converge
-quadratically: a run that still makes progress halves its gap in fewer."""
+"""More iterations than this in a row without halving the best gap are stagnation at rounding level: Newton
+steps converge quadratically, so that a run that still makes progress halves its gap in fewer."""
 CHORD_GAP_FRACTION = 0.1
 """A chord step is taken if the gap predicted for it is below this fraction of the tolerance: a margin of 10
 for the error of the prediction."""
@@ -74,7 +74,7 @@ class Pruning(NamedTuple):
     ceiling : float
         Upper bound of the lowest F*, in common units.
     margin : float
-        Relative excess over the ceiling that a lower bound of F* must reach before its template is pruned.
+        Relative excess over the ceiling that a lower bound of F* must exceed before its template is pruned.
     """
 
     units: NDArray[np.float64]
@@ -151,7 +151,7 @@ def gap(data, point):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def pose(data, point, curvature, model, step):
-    """Set h of the model z'Hz/2 + h'z and its start (w_R, t) for one of the steps; returns their size."""
+    """Set h of the model z'Hz/2 + h'z and its start (w_R, t) for a step; returns the number of unknowns."""
     n, m, views = curvature.size[0], point.t.size, curvature.model_views
     half = 0.5 * data.lambda3
     N = n if step == HELD else n + m
