@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rational import objective_bounds, smallest_scalar
 
-from convexperc.certificate.certificate import ENOUGH, Certifier, certify
+from convexperc.certificate.certificate import SUFFICIENT_SHARE, Certifier, certify
 from convexperc.certificate.duality import dual_value
 from convexperc.certificate.evaluation import NormalizedData
 from convexperc.problem.problem import Problem
@@ -223,7 +223,7 @@ def test_the_search_ends_with_the_first_proof_unless_the_best_is_wanted():
     first, best = (certify(problem, found.w, found.u, thorough=thorough) for thorough in (False, True))
     assert first.certified, first
     assert first.method == "dual point 'slack', scaled", first.method
-    assert first.relative_gap <= ENOUGH * first.relative_tolerance, first
+    assert first.relative_gap <= SUFFICIENT_SHARE * first.relative_tolerance, first
     assert best.gap <= first.gap, (best.gap, first.gap)
     assert best.lower >= first.lower, (best.lower, first.lower)
     assert (best.zero_views >= first.zero_views).all(), (best.zero_views, first.zero_views)

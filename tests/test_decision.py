@@ -10,7 +10,7 @@ from convexperc.errors import DecisionError
 from convexperc.recognition.decision import Decision, costs
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 0.05, "lambda3": 0.05, "modalities": [7, 5]}
-SHARE = "explained share"
+SHARE = "explained fraction"
 
 
 def frame(p: int, seed: int, *, unit: bool = False) -> tuple[np.ndarray, np.ndarray]:
@@ -65,7 +65,7 @@ def test_templates_of_one_length_have_one_label_by_either(seed):
     X, O = frame(8, seed, unit=True)
     assert (
         recognize(X, O, **LAMBDAS).label
-        == recognize(X, O, decision=Decision.EXPLAINED_SHARE, **LAMBDAS).label
+        == recognize(X, O, decision=Decision.EXPLAINED_FRACTION, **LAMBDAS).label
     )
 
 
@@ -101,17 +101,17 @@ def test_where_every_optimum_is_zero_the_shares_tie():
 
 def test_bounds_are_rounded_outwards():
     third = np.array([1.0]), np.array([1.0])
-    low, high = costs(Decision.EXPLAINED_SHARE, third, (np.array([3.0]), np.array([3.0])))
+    low, high = costs(Decision.EXPLAINED_FRACTION, third, (np.array([3.0]), np.array([3.0])))
     assert 3 * low[0] < 1 < 3 * high[0] + 1e-15
     assert low[0] < 1 / 3 < high[0]
-    low, high = costs(Decision.EXPLAINED_SHARE, (np.array([0.0]), np.array([np.inf])), third)
+    low, high = costs(Decision.EXPLAINED_FRACTION, (np.array([0.0]), np.array([np.inf])), third)
     assert (low[0], high[0]) == (0.0, 1.0)
 
 
 def test_another_decision_is_refused():
     X, O = frame(2, 0)
     with pytest.raises(
-        DecisionError, match="decision must be one of 'objective', 'explained share'; got 'best'"
+        DecisionError, match="decision must be one of 'objective', 'explained fraction'; got 'best'"
     ):
         recognize(X, O, decision="best", **LAMBDAS)
 

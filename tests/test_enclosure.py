@@ -9,9 +9,9 @@ import pytest
 
 from convexperc.certificate.certificate import certify
 from convexperc.certificate.rationals import PRIME, exact_optimum
-from convexperc.enclosure.active_set import Refinement, Start
+from convexperc.enclosure.active_set import ActiveSetNewton, Start
 from convexperc.enclosure.ball_duality import dual_value, objective_at, primal_value
-from convexperc.enclosure.balls import BallFrame, precision
+from convexperc.enclosure.balls import ReducedBalls, precision
 from convexperc.enclosure.central_path import Central
 from convexperc.enclosure.enclosure import certify_in_balls, enclose
 from convexperc.errors import PrecisionError
@@ -106,10 +106,10 @@ def test_newton_mends_a_start_with_wrong_signs_and_zeros(seed):
     w[np.argmin(abs(w))] *= 0.0 if seed % 2 else -1.0
     with precision(128):
         scaling = Scaling.of(problem)
-        frame = BallFrame.of(problem, (scaling.x, scaling.o))
+        frame = ReducedBalls.of(problem, (scaling.x, scaling.o))
         t = 2.0 * problem.modalities.norms(answer.u) / problem.lambda3
         start = Start(w * 2.0 ** (scaling.x - scaling.o), t * 2.0 ** (4 * scaling.x))
-        point = Refinement(frame, start).point()
+        point = ActiveSetNewton(frame, start).point()
         width = primal_value(frame, point).upper() - dual_value(frame, point).lower()
         assert width <= frame.target * 1e-30, (width, answer.w, w)
 
@@ -124,7 +124,7 @@ def test_no_dual_value_exceeds_a_primal_one(lambdas, deficient):
         names = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
         problem = Problem(X, rng.normal(size=6), modalities=[2, 4], **names)
         with precision(128):
-            frame = BallFrame.of(problem, (0, 0))
+            frame = ReducedBalls.of(problem, (0, 0))
             low = max(dual_value(frame, scattered(rng)).lower() for _ in range(10))
             high = min(primal_value(frame, scattered(rng)).upper() for _ in range(10))
             assert low <= high, (low, high)
@@ -138,7 +138,7 @@ def test_no_dual_value_beside_the_optimum_exceeds_it(lambdas):
         problem = Problem(rng.random((3, 6)), rng.random(6), modalities=[2, 4], **names)
         found = enclose(problem).exact
         with precision(128):
-            frame = BallFrame.of(problem, (0, 0))
+            frame = ReducedBalls.of(problem, (0, 0))
             high = flint.arb(flint.fmpq(found.upper.numerator, found.upper.denominator))
             for factors in itertools.product((0.9, 1.0, 1.1), repeat=2):
                 parts = (found.w, found.t, found.q)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from convexperc.problem.problem import Problem, same_data
-from convexperc.problem.scaling import LARGEST, Scaling, _shifted
+from convexperc.problem.scaling import LARGEST_LAMBDA, Scaling, _shifted
 
 EXPONENT = st.integers(-490, 490)
 
@@ -94,7 +94,7 @@ def test_lambda_bounds_contain_the_exact_rational(one, two, three, x, y):
         assert high == math.inf or exact <= Fraction(high), (value, exponent, high)
         if 2.0**-1022 <= exact < 2**1023:
             assert low == high, (low, high)
-    assert max(scaling.normalise(problem).lambdas) <= LARGEST
+    assert max(scaling.normalise(problem).lambdas) <= LARGEST_LAMBDA
 
 
 @given(LAMBDA, LAMBDA, st.integers(-1070, 1020), st.integers(-490, 490))
@@ -109,6 +109,6 @@ def test_values_go_back_outward(first, second, t, s):
 
 
 def test_a_shift_out_of_range_is_an_open_interval():
-    assert _shifted(1.0, 2000) == (LARGEST, math.inf)
+    assert _shifted(1.0, 2000) == (LARGEST_LAMBDA, math.inf)
     assert _shifted(1.0, -2000) == (0.0, 5e-324)
     assert _shifted(3.0, -1074) == (1.5e-323, 1.5e-323)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.certificate.duality import DualPoint, GapTerms, candidates, dual_value, gap_terms
+from convexperc.certificate.duality import DualPoint, GapTerms, dual_points, dual_value, gap_terms
 from convexperc.certificate.evaluation import NormalizedData, PrimalPoint
 from convexperc.certificate.rationals import exact_optimum
 from convexperc.certificate.rounding import UNDERFLOW, down, up
@@ -23,7 +23,7 @@ from convexperc.problem.arrays import FeatureVector, Vector, point_entries
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Bounds, Scaling
 
-ENOUGH = 2.0**-6
+SUFFICIENT_SHARE = 2.0**-6
 """A gap within this share of a tolerance ends the search for a better dual point."""
 
 
@@ -124,7 +124,7 @@ def certify(
         See `Certificate`.
     thorough : bool
         Try every dual point and report the best bounds. Without, the search ends with the first dual point
-        that proves a gap within `ENOUGH` of a tolerance: good bounds, not the best.
+        that proves a gap within `SUFFICIENT_SHARE` of a tolerance: good bounds, not the best.
 
     Returns
     -------
@@ -227,13 +227,13 @@ class Certifier:
             upper = min(upper, self.exact[1])
             lower, method = self.exact[0], "exact least squares over the rationals"
             gap = max(0.0, up(point.objective[1] - lower))
-        for candidate in candidates(data, point, hint):
-            bound, total, parts = _bounded(data, point, candidate, upper)
+        for dual_point in dual_points(data, point, hint):
+            bound, total, parts = _bounded(data, point, dual_point, upper)
             lower = max(lower, bound)
             if total < gap:
-                gap, terms, dual, method = total, parts, candidate, _method(candidate)
-            if candidate.feasible:
-                found = proved_zeros(data, candidate, up(upper - min(bound, upper)))
+                gap, terms, dual, method = total, parts, dual_point, _method(dual_point)
+            if dual_point.feasible:
+                found = proved_zeros(data, dual_point, up(upper - min(bound, upper)))
                 zeros = zeros[0] | found[0], zeros[1] | found[1]
             if not self.thorough and self._is_enough(_least(gap, point, lower), min(lower, upper)):
                 break
@@ -242,9 +242,9 @@ class Certifier:
 
     def _is_enough(self, gap: float, lower: float) -> bool:
         """Whether this gap certifies the point with room to spare."""
-        if _quotient(gap, lower) <= ENOUGH * self.tolerances.relative:
+        if _quotient(gap, lower) <= SUFFICIENT_SHARE * self.tolerances.relative:
             return True
-        return _quotient(gap, self.data.target_square[0]) <= ENOUGH * self.tolerances.absolute
+        return _quotient(gap, self.data.target_square[0]) <= SUFFICIENT_SHARE * self.tolerances.absolute
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,34 +268,34 @@ def _least(gap: float, point: PrimalPoint, lower: float) -> float:
 
 
 def _bounded(
-    data: NormalizedData, point: PrimalPoint, candidate: DualPoint, upper: float
+    data: NormalizedData, point: PrimalPoint, dual_point: DualPoint, upper: float
 ) -> tuple[float, float, GapTerms | None]:
     """Lower bound of F*, upper bound of F(w, u) - F*, and the gap's terms, from one dual point."""
-    cost = 0.0 if candidate.feasible else _cost(data, candidate, upper)
-    lower = dual_value(candidate)[0]
+    cost = 0.0 if dual_point.feasible else _cost(data, dual_point, upper)
+    lower = dual_value(dual_point)[0]
     lower = down(lower - cost) if cost else lower
     if not point.finite:
         return lower, math.inf, None
-    parts = gap_terms(data, point, candidate)
+    parts = gap_terms(data, point, dual_point)
     total = up(parts.total + cost) if cost else parts.total
     if not math.isfinite(total):
         return lower, math.inf, None
     return max(lower, down(point.objective[0] - total)), total, parts
 
 
-def _cost(data: NormalizedData, candidate: DualPoint, upper: float) -> float:
+def _cost(data: NormalizedData, dual_point: DualPoint, upper: float) -> float:
     """What the excess of a dual point takes off its bound."""
     cost = 0.0
-    if candidate.excess_views != 0.0:
-        cost = up(candidate.excess_views * view_weight_bound(data, upper))
-    if candidate.excess_modalities != 0.0:
-        cost = up(cost + up(candidate.excess_modalities * modality_weight_bound(data, upper)))
+    if dual_point.excess_views != 0.0:
+        cost = up(dual_point.excess_views * view_weight_bound(data, upper))
+    if dual_point.excess_modalities != 0.0:
+        cost = up(cost + up(dual_point.excess_modalities * modality_weight_bound(data, upper)))
     return math.inf if math.isnan(cost) else up(cost) + UNDERFLOW
 
 
-def _method(candidate: DualPoint) -> str:
-    treatment = "scaled" if candidate.feasible else "charged"
-    return f"dual point '{candidate.kind}', {treatment}"
+def _method(dual_point: DualPoint) -> str:
+    treatment = "scaled" if dual_point.feasible else "charged"
+    return f"dual point '{dual_point.kind}', {treatment}"
 
 
 def _quotient(gap: float, value: float) -> float:

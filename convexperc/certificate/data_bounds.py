@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from convexperc.certificate.lasso import Distinct, bound_merged
-from convexperc.certificate.reduced import LARGEST, Bounds, Shared, bound_reduced
+from convexperc.certificate.reduced import LARGEST_NUMBER, AnswerBounds, GramBounds, bound_reduced
 from convexperc.certificate.rounding import gamma
 from convexperc.certificate.tolerances import Tolerances
 from convexperc.problem.penalties import Penalties
@@ -45,12 +45,12 @@ class DataBounds:
     Attributes
     ----------
     data : ReducedData
-    shared : Shared
+    shared : GramBounds
         G, K and their bounds, normalised.
     """
 
     data: ReducedData
-    shared: Shared
+    shared: GramBounds
 
     @classmethod
     def of(cls, data: ReducedData) -> "DataBounds":
@@ -60,7 +60,7 @@ class DataBounds:
         lengths = np.sqrt(np.ldexp(squares, -2 * data.x) * (1.0 + 4 * g) + 2.0**-300)
         rows = np.sqrt((lengths**2).sum(axis=0)) * (1.0 + g)
         blocks = np.sqrt((lengths**2).sum(axis=1)) * (1.0 + g)
-        return cls(data, Shared(data.G, data.K, lengths, rows, blocks, g))
+        return cls(data, GramBounds(data.G, data.K, lengths, rows, blocks, g))
 
     @cached_property
     def squares(self) -> Intervals:
@@ -87,44 +87,56 @@ class DataBounds:
         lambda2 = self.data.normalised(penalties)[:, 1]
         return np.asarray(self.data.sound & (lambda2 >= (2.0 + 2.0**-40) * size.max(axis=1)))
 
-    def usable(self, penalties: Penalties) -> Bool[np.ndarray, " p"]:
-        """Where bounds can be given at these lambdas; the other templates are solved on the original data."""
-        normalised = self.data.normalised(penalties)
-        inside = (normalised >= 1.0 / LARGEST) & (normalised <= LARGEST)
-        inside[:, np.array(tuple(penalties)) == 0.0] = True
-        found = self.data.sound & inside.all(axis=1)
+    def usable(self, penalties: Penalties, lambdas: Float[np.ndarray, "p 3"]) -> Bool[np.ndarray, " p"]:
+        """Where bounds can be given at these lambdas; the other templates are solved on the original data.
+
+        Parameters
+        ----------
+        penalties : Penalties
+        lambdas : float64 (p, 3)
+            The same in each template's own units.
+        """
         if penalties.uncoupled and not self.independent:
-            found[:] = False
-        return np.asarray(found)
+            return np.zeros(self.data.p, dtype=bool)
+        found = self.data.sound
+        for given, column in zip(penalties, lambdas.T, strict=True):
+            if given != 0.0:
+                found = found & (column >= 1.0 / LARGEST_NUMBER) & (column <= LARGEST_NUMBER)
+        return np.array(found)
 
     def of_points(
         self,
         chosen: Int[np.ndarray, " k"],
-        penalties: Penalties,
+        lambdas: Float[np.ndarray, "k 3"],
         points: Points,
         tolerances: Tolerances | None,
-    ) -> Bounds:
+        *,
+        uncoupled: bool,
+    ) -> AnswerBounds:
         """Bound F* and the gaps of answers to some templates.
 
         Parameters
         ----------
         chosen : int (k,)
             The templates.
-        penalties : Penalties
+        lambdas : float64 (k, 3)
+            In each template's own units.
         points : Points
         tolerances : Tolerances or None
             The search for a dual point ends with one that meets the relative one; None: with the first.
+        uncoupled : bool
+            Whether these lambdas make a lasso of the problem; see `Penalties`.
 
         Returns
         -------
-        Bounds
+        AnswerBounds
             In normalised units.
         """
         data = self.data
-        given = self.shared, data.C[chosen], data.targets[chosen], data.normalised(penalties)[chosen]
-        if penalties.uncoupled:
+        given = self.shared, data.C[chosen], data.targets[chosen], lambdas
+        if uncoupled:
             return bound_merged(self.distinct, *given, *points)
-        bounds = Bounds.unknown(chosen.size, data.n, data.m)
+        bounds = AnswerBounds.unknown(chosen.size, data.n, data.m)
         bound_reduced(*given, *points, math.inf if tolerances is None else tolerances.relative, bounds)
         if tolerances is None:
             return bounds

@@ -132,7 +132,7 @@ def _value_parts(data: NormalizedData, a: FeatureVector, b: Ball) -> tuple[Bound
     return (-high, -low), (0.25 * quadratic[0], 0.25 * quadratic[1])
 
 
-def candidates(
+def dual_points(
     data: NormalizedData, point: PrimalPoint, hint: tuple[FeatureVector, Vector] | None
 ) -> Iterator[DualPoint]:
     """Every dual point that (w, u), and a solver's own dual (a, b) if given, suggest; the likeliest first.
@@ -233,6 +233,11 @@ class GapTerms:
         coupling        lambda1 ||q - s b/(2 lambda1)||^2
         view_norm       sum_j |w_j| (lambda2 + sign(w_j) s v_j)
         modality_norm   sum_i (lambda3 ||u^i|| + u^i' X_i' s b)
+
+    Attributes
+    ----------
+    loss, coupling, view_norm, modality_norm : float
+        In units where ||o|| is about 1.
     """
 
     loss: float

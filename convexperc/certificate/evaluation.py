@@ -37,6 +37,9 @@ class NormalizedData:
     lambda1, lambda2, lambda3 : (lower, upper)
         Normalised lambdas. The lower ones make dual points, the upper ones bound F from above: a smaller
         lambda can only lower the optimum.
+    modalities : Modalities
+    entry_error : float
+        Bound on the error of every entry of X and o: 0 unless one underflowed.
     """
 
     X: Matrix
@@ -56,7 +59,7 @@ class NormalizedData:
 
     @cached_property
     def target(self) -> Ball:
-        """O with its entry error."""
+        """o with its entry error."""
         return Ball(self.o, np.full(self.o.shape, self.entry_error))
 
     @cached_property

@@ -18,18 +18,26 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-from convexperc.certificate.reduced import LARGEST, SMALL, Bounds, Case, Shared, new_room, value_bounds
+from convexperc.certificate.reduced import (
+    LARGEST_NUMBER,
+    UNDERFLOW_SUM,
+    AnswerBounds,
+    Case,
+    GramBounds,
+    new_room,
+    value_bounds,
+)
 from convexperc.certificate.rounding import U, gamma, smallest_eigenvalue
 from convexperc.problem.arrays import Matrix
 
 
 @dataclass(frozen=True, eq=False)
 class Distinct:
-    """The views of a frame, equal ones taken together.
+    """The distinct views: equal ones are taken together.
 
     Attributes
     ----------
-    shared : Shared
+    shared : GramBounds
         G, K and their bounds, of the distinct views alone.
     place : int (n,)
         Which of the distinct views each view is.
@@ -39,13 +47,13 @@ class Distinct:
         A proved lower bound of lambda_min(X X') over the distinct views, normalised; 0 where none is known.
     """
 
-    shared: Shared
+    shared: GramBounds
     place: Int[np.ndarray, " n"]
     counts: Float[np.ndarray, " k"]
     floor: float
 
     @classmethod
-    def of(cls, X: Matrix, shared: Shared) -> "Distinct":
+    def of(cls, X: Matrix, shared: GramBounds) -> "Distinct":
         """Look for equal views only where the views are not proved to be independent."""
         n = X.shape[0]
         alone = cls(shared, np.arange(n), np.ones(n), _floor(shared))
@@ -56,7 +64,7 @@ class Distinct:
         if len(seen) == n:
             return alone
         first = np.unique(place, return_index=True)[1]
-        part = Shared(
+        part = GramBounds(
             shared.G[np.ix_(first, first)], np.ascontiguousarray(shared.K[:, first][:, :, first]),
             np.ascontiguousarray(shared.lengths[:, first]), shared.rows[first], shared.blocks, shared.gamma,
         )  # fmt: skip
@@ -77,10 +85,10 @@ class Distinct:
         return np.ascontiguousarray((W / self.counts)[:, self.place])
 
 
-def _floor(shared: Shared) -> float:
+def _floor(shared: GramBounds) -> float:
     """Bound lambda_min(X X') by that of G and the roundings in G: ||E||_2 <= gamma sum_j ||x_j||^2."""
     n = shared.rows.size
-    error = shared.gamma * float((shared.rows**2).sum()) * (1.0 + gamma(n + 4)) + SMALL
+    error = shared.gamma * float((shared.rows**2).sum()) * (1.0 + gamma(n + 4)) + UNDERFLOW_SUM
     return smallest_eigenvalue(shared.G, error)
 
 
@@ -107,11 +115,11 @@ def bound_lasso(shared, floor, C, targets, lambdas, W, T, Q, bounds):
 def _in_range(lambdas, w, t, q):
     """Whether every number is 0, or far from overflow and underflow."""
     for k in range(3):
-        if not (1.0 / LARGEST <= lambdas[k] <= LARGEST or lambdas[k] == 0.0):
+        if not (1.0 / LARGEST_NUMBER <= lambdas[k] <= LARGEST_NUMBER or lambdas[k] == 0.0):
             return False
     for x in (w, t, q):
         for k in range(x.size):
-            if not abs(x[k]) <= LARGEST:
+            if not abs(x[k]) <= LARGEST_NUMBER:
                 return False
     return True
 
@@ -125,7 +133,7 @@ def _bound_one(shared, case, floor, room, bounds, j):
     deficit = far = norms = 0.0
     for a in range(case.w.size):
         pull = 2.0 * room.y[a]
-        error = 2.0 * g * (shared.rows[a] * value.rho + abs(room.y[a])) + SMALL
+        error = 2.0 * g * (shared.rows[a] * value.rho + abs(room.y[a])) + UNDERFLOW_SUM
         v = min(max(-pull, -two), two)
         if case.w[a] != 0.0:
             v = two if case.w[a] > 0.0 else -two
@@ -137,52 +145,51 @@ def _bound_one(shared, case, floor, room, bounds, j):
     for i in range(case.t.size):
         norms += case.t[i] * room.high[i]
     coupled = case.lambdas[0] * far + case.lambdas[2] * norms
-    gap = (deficit + coupled + value.stored) * (1.0 + g) + SMALL
+    gap = (deficit + coupled + value.stored) * (1.0 + g) + UNDERFLOW_SUM
     root = 2.0 * np.sqrt(gap) * (1.0 + 2.0**-40)
     for a in range(case.w.size):
-        error = 2.0 * g * (shared.rows[a] * value.rho + abs(room.y[a])) + SMALL
+        error = 2.0 * g * (shared.rows[a] * value.rho + abs(room.y[a])) + UNDERFLOW_SUM
         size = abs(2.0 * room.y[a]) + error + root * shared.rows[a]
         bounds.zero_views[j, a] = lasso and size * (1.0 + 2.0**-40) < two
     for i in range(case.t.size):
         bounds.modality_norms[j, i] = case.t[i] * 0.5 * (room.low[i] + room.high[i])
         bounds.zero_modalities[j, i] = case.lambdas[0] == 0.0 and case.lambdas[2] > 0.0
     bounds.upper[j], bounds.gap[j] = value.upper, gap
-    bounds.lower[j] = max(0.0, (value.lower - gap) - 8 * U * (value.lower + gap) - SMALL)
+    bounds.lower[j] = max(0.0, (value.lower - gap) - 8 * U * (value.lower + gap) - UNDERFLOW_SUM)
 
 
 def bound_merged(
     distinct: Distinct,
-    shared: Shared,
+    shared: GramBounds,
     C: Float[np.ndarray, "p n"],
     targets: Float[np.ndarray, " p"],
     lambdas: Float[np.ndarray, "p 3"],
     W: Float[np.ndarray, "p n"],
     T: Float[np.ndarray, "p m"],
     Q: Float[np.ndarray, "p n"],
-) -> Bounds:
-    """Bound the optima of a frame in which some views may be equal.
+) -> AnswerBounds:
+    """Bound the optima where some views may be equal.
 
     Parameters
     ----------
     distinct : Distinct
-        Of the frame.
-    shared : Shared
-        Of the frame with all its views.
+    shared : GramBounds
+        Of all views.
     C, targets, lambdas, W, T, Q
         As in `bound_lasso`.
 
     Returns
     -------
-    Bounds
+    AnswerBounds
         Of the points as given; with equal views the lower bound is that of the lasso over the distinct ones.
     """
     (p, n), m = C.shape, T.shape[1]
-    bounds = Bounds.unknown(p, n, m)
+    bounds = AnswerBounds.unknown(p, n, m)
     bound_lasso(shared, distinct.floor, C, targets, lambdas, W, T, Q, bounds)
     if not distinct.repeated:
         return bounds
     k = distinct.counts.size
-    merged, nothing = Bounds.unknown(p, k, m), np.zeros((p, k))
+    merged, nothing = AnswerBounds.unknown(p, k, m), np.zeros((p, k))
     sums = np.zeros((p, k))
     np.add.at(sums.T, distinct.place, W.T)
     alone = lambdas * np.array([0.0, 1.0, 0.0])

@@ -18,11 +18,11 @@ from convexperc.problem.problem import Problem
 
 PRIME = 2**31 - 1
 """Full rank modulo a prime proves full rank over Q, at the cost of machine integers."""
-WORD = 64
+WORD_BITS = 64
 """Bits of a machine word, the unit of `WORK_LIMIT`."""
-READING = 1000
+READ_COST = 1000
 """Reading a float as an integer takes as long as so many products modulo a prime (0.4 us against 0.4 ns)."""
-ECHELON = 40
+ECHELON_COST = 40
 """Words that FLINT's exact echelon form multiplies for each of (n - r) r^3 entries; measured: 9 to 75."""
 WORK_LIMIT = 800_000_000
 """Products of machine words that one exact computation may cost, beyond which nothing is proved.
@@ -37,7 +37,7 @@ Exact = Any
 
 
 def _flint() -> Any:
-    import flint  # noqa: PLC0415 - the judge imports NumPy alone; only the equality cases need FLINT
+    import flint  # noqa: PLC0415 - certifying a point needs NumPy alone but in the equality cases
 
     return flint
 
@@ -70,12 +70,12 @@ class RowSpace:
     def within_limit(cls, X: Matrix) -> "RowSpace | None":
         """`of`, or None where its worst case is beyond `WORK_LIMIT`."""
         n, d = X.shape
-        if n * d * (READING + min(n, d)) > WORK_LIMIT:
+        if n * d * (READ_COST + min(n, d)) > WORK_LIMIT:
             return None
         whole, exponent = integers(X)
         A = _flint().fmpz_mat(n, d, whole.ravel().tolist())
         rank = _modulo_prime(A).rank()
-        if rank < min(n, d) and ECHELON * (n - rank) * rank**3 * _words(A) > WORK_LIMIT:
+        if rank < min(n, d) and ECHELON_COST * (n - rank) * rank**3 * _words(A) > WORK_LIMIT:
             return None
         return cls(A, exponent, _pivots(A.transpose()))
 
@@ -168,7 +168,7 @@ def _pivots(A: Exact) -> tuple[int, ...]:
 
 def _words(A: Exact) -> float:
     """Machine words of the largest entry, at least one."""
-    return max(1.0, int(max(abs(value) for value in A.entries())).bit_length() / WORD)
+    return max(1.0, int(max(abs(value) for value in A.entries())).bit_length() / WORD_BITS)
 
 
 def squared_distance(X: Matrix, o: FeatureVector) -> Fraction | None:

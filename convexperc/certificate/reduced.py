@@ -9,8 +9,9 @@ scaled until it is feasible by proof. None is ever formed: with y = G w - c and 
 
     ||X'w - o||^2 = w'(y - c) + ||o||^2,   X a = 2 y,   X u - w = sum_i t_i z_i - w,   ||X_i' q||^2 = q'z_i,
 
-and F - D is the sum of terms >= 0 of `convexperc.certificate.duality`. Everything that is not exact is bounded a priori:
-an entry of G, K_i or c is off by at most gamma_k times the lengths of its two vectors (`Reduction.depth`).
+and F - D is the sum of terms >= 0 of `convexperc.certificate.duality`. Everything that is not exact is
+bounded a priori: an entry of G, K_i or c is off by at most gamma_k times the lengths of its two vectors
+(`Reduction.depth`).
 
 Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., section 3.1 (gamma_k).
 """
@@ -23,19 +24,21 @@ from numpy.typing import NDArray
 
 from convexperc.certificate.rounding import U
 
-LARGEST = 2.0**100
+LARGEST_NUMBER = 2.0**100
 """Numbers beyond this, or below its inverse and not 0, are left out here: products might underflow."""
-SMALL = 2.0**-300
+UNDERFLOW_SUM = 2.0**-300
 """More than all underflows of one bound together."""
 
 Floats = NDArray[np.float64]
 
 
-class Shared(NamedTuple):
-    """What all templates share: G (n, n), K (m, n, n), and bounds of lengths and rounding.
+class GramBounds(NamedTuple):
+    """What all templates share: Gram matrices, with bounds of lengths and rounding.
 
     Attributes
     ----------
+    G : float64 (n, n)
+    K : float64 (m, n, n)
     lengths : float64 (m, n)
         Upper bounds of the length of each modality's part of each row.
     rows : float64 (n,)
@@ -54,7 +57,7 @@ class Shared(NamedTuple):
     gamma: float
 
 
-class Bounds(NamedTuple):
+class AnswerBounds(NamedTuple):
     """What is proved of each of p answers, in the units of the reduced data.
 
     Attributes
@@ -77,7 +80,7 @@ class Bounds(NamedTuple):
     zero_modalities: NDArray[np.bool_]
 
     @classmethod
-    def unknown(cls, p: int, n: int, m: int) -> "Bounds":
+    def unknown(cls, p: int, n: int, m: int) -> "AnswerBounds":
         """Room for p answers of which nothing is known."""
         return cls(
             np.zeros(p), np.full(p, np.inf), np.full(p, np.inf), np.zeros((p, m)),
@@ -86,7 +89,31 @@ class Bounds(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Working memory: y, e, its error, b, its error, v (n,); z, Kb (m, n); norms and pulls (m,)."""
+    """Working memory.
+
+    Attributes
+    ----------
+    y : float64 (n,)
+        X(X'w - o).
+    e, e_error : float64 (n,)
+        Xu - w, and a bound of its error.
+    b, b_error : float64 (n,)
+        The dual point's b, and a bound of its error.
+    v, v_error : float64 (n,)
+        X a - b, and a bound of its error.
+    z : float64 (m, n)
+        K_i q.
+    Kb : float64 (m, n)
+        K_i b.
+    tau : float64 (m,)
+        sum_j |q_j| times the length of modality i's part of row j, which bounds ||X_i'q||.
+    low, high : float64 (m,)
+        Bounds of ||X_i'q||.
+    reach : float64 (m,)
+        Upper bounds of ||X_i'b||.
+    pull : float64 (m,)
+        Upper bounds of q'K_i b.
+    """
 
     y: Floats
     e: Floats
@@ -105,7 +132,20 @@ class Room(NamedTuple):
 
 
 class Case(NamedTuple):
-    """One template and its answer."""
+    """One template and its answer, normalised.
+
+    Attributes
+    ----------
+    c : float64 (n,)
+        X o.
+    target : float
+        ||o||^2.
+    lambdas : float64 (3,)
+    w : float64 (n,)
+    t : float64 (m,)
+    q : float64 (n,)
+        u^i = t_i X_i' q.
+    """
 
     c: Floats
     target: float
@@ -116,7 +156,21 @@ class Case(NamedTuple):
 
 
 class Value(NamedTuple):
-    """Of the loss: an upper bound; of F: bounds, and what storing u adds; sum_j |w_j| r_j + ||o||; c'w."""
+    """What is known of F at the point.
+
+    Attributes
+    ----------
+    loss : float
+        Upper bound of ||X'w - o||^2.
+    lower, upper : float
+        Bounds of F(w, u).
+    stored : float
+        What rounding u to float64 adds to F at most.
+    rho : float
+        sum_j |w_j| ||x_j|| + ||o||, which bounds ||X'w - o||.
+    linear : float
+        c'w.
+    """
 
     loss: float
     lower: float
@@ -157,11 +211,11 @@ def bound_reduced(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
 def _in_range(lambdas, w, t, q):
     """Whether every number is 0, or far from overflow and underflow; lambda1 and lambda3 must not be 0."""
     for k in range(3):
-        if not (1.0 / LARGEST <= lambdas[k] <= LARGEST or (k == 1 and lambdas[k] == 0.0)):
+        if not (1.0 / LARGEST_NUMBER <= lambdas[k] <= LARGEST_NUMBER or (k == 1 and lambdas[k] == 0.0)):
             return False
     for x in (w, t, q):
         for k in range(x.size):
-            if not abs(x[k]) <= LARGEST:
+            if not abs(x[k]) <= LARGEST_NUMBER:
                 return False
     return True
 
@@ -185,7 +239,7 @@ def _bound_one(shared, case, tolerance, room, bounds, j):
     for i in range(case.t.size):
         bounds.modality_norms[j, i] = case.t[i] * 0.5 * (room.low[i] + room.high[i])
     bounds.upper[j], bounds.gap[j] = value.upper, (best + value.stored) * (1.0 + 4 * U)
-    bounds.lower[j] = max(0.0, (value.lower - best) - 8 * U * (value.lower + best) - SMALL)
+    bounds.lower[j] = max(0.0, (value.lower - best) - 8 * U * (value.lower + best) - UNDERFLOW_SUM)
 
 
 @no_type_check
@@ -221,7 +275,7 @@ def value_bounds(shared, case, room):
     """Bound F(w, u), and leave y, z, e, tau and the bounds of ||X_i'q|| in `room`."""
     c, target, lambdas, w, t, q = case
     n, m, g = w.size, t.size, shared.gamma
-    omega = np.sqrt(target) * (1.0 + g) + SMALL
+    omega = np.sqrt(target) * (1.0 + g) + UNDERFLOW_SUM
     rho, size = omega, 0.0
     for a in range(n):
         rho += abs(w[a]) * shared.rows[a]
@@ -232,14 +286,14 @@ def value_bounds(shared, case, room):
         room.y[a] -= c[a]
         loss += w[a] * (room.y[a] - c[a])
         linear += c[a] * w[a]
-        room.e[a], room.e_error[a] = -w[a], g * abs(w[a]) + SMALL
+        room.e[a], room.e_error[a] = -w[a], g * abs(w[a]) + UNDERFLOW_SUM
     low = high = moved = spread = 0.0
     for i in range(m):
         _times(shared.K[i], q, room.z[i])
         square, tau = _inner(q, room.z[i]), 0.0
         for a in range(n):
             tau += abs(q[a]) * shared.lengths[i, a]
-        error = g * tau * tau + SMALL
+        error = g * tau * tau + UNDERFLOW_SUM
         room.tau[i] = tau
         room.low[i] = np.sqrt(max(0.0, square - error)) * (1.0 - 4 * U)
         room.high[i] = np.sqrt(max(0.0, square) + error) * (1.0 + 4 * U)
@@ -254,26 +308,31 @@ def value_bounds(shared, case, room):
     for a in range(n):
         near += _square(max(0.0, abs(room.e[a]) - room.e_error[a]))
         far += _square(abs(room.e[a]) + room.e_error[a])
-    error = g * rho * rho + SMALL
+    error = g * rho * rho + UNDERFLOW_SUM
     most = max(0.0, loss + error)
     lower = max(0.0, loss - error) + lambdas[0] * near + lambdas[1] * size + lambdas[2] * low
     upper = most + lambdas[0] * far + lambdas[1] * size + lambdas[2] * high
     stored = (lambdas[0] * (2.0 * np.sqrt(far) * spread + spread * spread) + lambdas[2] * moved) * (1.0 + g)
     return Value(
-        most, max(0.0, lower * (1.0 - g) - SMALL), (upper + stored) * (1.0 + g) + SMALL, stored, rho, linear
+        most,
+        max(0.0, lower * (1.0 - g) - UNDERFLOW_SUM),
+        (upper + stored) * (1.0 + g) + UNDERFLOW_SUM,
+        stored,
+        rho,
+        linear,
     )
 
 
 @no_type_check
 @njit(cache=True)
 def _coupling(shared, case, value, room):
-    """B = -2 q, v = 2 y + 2 q."""
+    """b = -2 q, v = 2 y + 2 q."""
     w, q = case.w, case.q
     for a in range(w.size):
         room.b[a], room.b_error[a] = -2.0 * q[a], 0.0
         room.v[a] = 2.0 * (room.y[a] + q[a])
         room.v_error[a] = (
-            2.0 * shared.gamma * (shared.rows[a] * value.rho + abs(room.v[a]) + abs(q[a])) + SMALL
+            2.0 * shared.gamma * (shared.rows[a] * value.rho + abs(room.v[a]) + abs(q[a])) + UNDERFLOW_SUM
         )
     for i in range(room.z.shape[0]):
         room.reach[i] = 2.0 * room.high[i]
@@ -283,7 +342,7 @@ def _coupling(shared, case, value, room):
 @no_type_check
 @njit(cache=True)
 def _slack(shared, case, value, by_sign, room):
-    """V = 2 y - b cut to [-lambda2, lambda2], or -lambda2 sign(w_j); b = 2 y - v."""
+    """v = 2 y - b cut to [-lambda2, lambda2], or -lambda2 sign(w_j); b = 2 y - v."""
     g, w, lambdas = shared.gamma, case.w, case.lambdas
     for a in range(w.size):
         v = min(max(2.0 * room.y[a] - room.b[a], -lambdas[1]), lambdas[1])
@@ -291,16 +350,16 @@ def _slack(shared, case, value, by_sign, room):
             v = -lambdas[1] if w[a] > 0.0 else lambdas[1]
         room.v[a], room.v_error[a] = v, 0.0
         room.b[a] = 2.0 * room.y[a] - v
-        room.b_error[a] = 2.0 * g * (shared.rows[a] * value.rho + abs(room.b[a]) + abs(v)) + SMALL
+        room.b_error[a] = 2.0 * g * (shared.rows[a] * value.rho + abs(room.b[a]) + abs(v)) + UNDERFLOW_SUM
     for i in range(room.z.shape[0]):
         _times(shared.K[i], room.b, room.Kb[i])
         tau = extra = 0.0
         for a in range(w.size):
             tau += abs(room.b[a]) * shared.lengths[i, a]
             extra += room.b_error[a] * shared.lengths[i, a]
-        square = max(0.0, _inner(room.b, room.Kb[i])) + g * tau * tau + SMALL
+        square = max(0.0, _inner(room.b, room.Kb[i])) + g * tau * tau + UNDERFLOW_SUM
         room.reach[i] = (np.sqrt(square) + extra) * (1.0 + g)
-        error = g * room.tau[i] * tau + (1.0 + g) * extra * room.tau[i] + SMALL
+        error = g * room.tau[i] * tau + (1.0 + g) * extra * room.tau[i] + UNDERFLOW_SUM
         room.pull[i] = _inner(room.z[i], room.b) + error
 
 
@@ -322,7 +381,7 @@ def _gap(shared, case, value, room):
     for i in range(m):
         if s * room.reach[i] > three:
             s = three / room.reach[i] * (1.0 - 16 * U)
-    if not 0.0 < s <= LARGEST:
+    if not 0.0 < s <= LARGEST_NUMBER:
         return np.inf, 0.0
     coupling = views = modalities = 0.0
     for a in range(n):
@@ -337,13 +396,13 @@ def _gap(shared, case, value, room):
             held, pulled = three * room.high[i], s * room.pull[i]
             modalities += t[i] * max(0.0, held + pulled + 8 * U * (held + abs(pulled)))
     total = _square(1.0 - s) * value.loss + one * coupling + views + modalities
-    return total * (1.0 + g) + 4 * U * U * value.loss + SMALL, s
+    return total * (1.0 + g) + 4 * U * U * value.loss + UNDERFLOW_SUM, s
 
 
 @no_type_check
 @njit(cache=True)
 def _zeros(shared, lambdas, gap, s, room, bounds, j):
-    """Mark the views and modalities that no optimum uses; see `convexperc.certificate.screening.proved_zeros`."""
+    """Mark the views and modalities that no optimum uses; see `screening.proved_zeros`."""
     root = 2.0 * np.sqrt(gap) * (1.0 + 2.0**-40)
     for a in range(room.v.size):
         radius = root * np.sqrt(_square(shared.rows[a]) + lambdas[0]) * (1.0 + 2.0**-40)

@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 from convexperc.problem.arrays import Matrix
 
 U = 2.0**-53
+"""Unit roundoff of binary64."""
 UNDERFLOW = 2.0**-1020
+"""More than the largest subnormal number, which an operation loses where subnormals are flushed to 0."""
 Floats = NDArray[np.float64]
 
 
 def gamma(k: int) -> float:
-    """K u / (1 - k u), the relative error of k roundings in a row, rounded up."""
+    """k u / (1 - k u), the relative error of k roundings in a row, rounded up."""
     return k * U / (1.0 - k * U) * (1.0 + 8 * U)
 
 

@@ -48,7 +48,7 @@ class DecisionName(StrEnum):
     """What decides the label; see `convexperc.recognition.decision`."""
 
     OBJECTIVE = "objective"
-    EXPLAINED_SHARE = "explained-share"
+    EXPLAINED_FRACTION = "explained-share"
 
 
 Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the full record as JSON.")]

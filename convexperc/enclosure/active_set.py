@@ -18,16 +18,16 @@ from dataclasses import dataclass
 import flint
 import numpy as np
 
-from convexperc.enclosure.balls import BallFrame, Number, Numbers, column, dot, midpoint
+from convexperc.enclosure.balls import Number, Numbers, ReducedBalls, column, dot, midpoint
 from convexperc.enclosure.central_path import Central
 from convexperc.enclosure.smooth import Smooth
 from convexperc.problem.arrays import Vector
 
-STEPS = 60
+MAX_STEPS = 60
 """Newton steps; a good start takes three or four."""
-SPARE = 24
-"""Bits of the working precision that rounding may have spoiled at a stationary point."""
-CLOSE = 1e-12
+ROUNDING_BITS = 24
+"""Bits of the working precision that rounding may have cost at a stationary point."""
+STAGNATION_SHARE = 1e-12
 """Decrements below this share of ||o||^2 fall quadratically until rounding stops them."""
 
 
@@ -46,16 +46,16 @@ class Start:
     t: np.ndarray
 
 
-class Refinement:
+class ActiveSetNewton:
     """Newton's method from one start, on a face that follows the signs."""
 
-    def __init__(self, frame: BallFrame, start: Start) -> None:
-        self.smooth = smooth = Smooth(frame)
+    def __init__(self, reduced: ReducedBalls, start: Start) -> None:
+        self.smooth = smooth = Smooth(reduced)
         self.w = [flint.arb(float(v)) for v in start.w]
         self.t = [flint.arb(float(v)) for v in start.t] if smooth.coupled else [flint.arb(0)] * len(start.t)
         self.signs = [1 if v > 0 else -1 if v < 0 else 0 for v in start.w]
         self.held = self._held_at_first()
-        self.target = frame.target.mid()
+        self.target = reduced.target.mid()
         self.steps = 0
 
     def _held_at_first(self) -> list[bool]:
@@ -67,7 +67,7 @@ class Refinement:
         """Where the steps end, or where a matrix becomes singular in the precision in force."""
         reached, before = self._here(), None
         with suppress(ZeroDivisionError):
-            while self.steps < STEPS:
+            while self.steps < MAX_STEPS:
                 self.steps += 1
                 gradient, H = self.smooth.derivatives(reached.w, self.state)
                 step, decrement = self._step(gradient, H)
@@ -86,9 +86,13 @@ class Refinement:
 
     def _settled(self, decrement: Number, before: Number | None) -> bool:
         """Whether the last step was rounding: too small, or no smaller than the one before."""
-        if not decrement > self.target * flint.arb(2) ** (SPARE - 2 * flint.ctx.prec):
+        if not decrement > self.target * flint.arb(2) ** (ROUNDING_BITS - 2 * flint.ctx.prec):
             return True
-        return before is not None and bool(2 * decrement > before) and bool(decrement < self.target * CLOSE)
+        return (
+            before is not None
+            and bool(2 * decrement > before)
+            and bool(decrement < self.target * STAGNATION_SHARE)
+        )
 
     def _step(self, gradient: Numbers, H: flint.arb_mat) -> tuple[Numbers, Number]:
         """Newton's step on the face, and its decrement."""
@@ -144,7 +148,7 @@ class Refinement:
 
     def _enter(self, gradient: Numbers) -> bool:
         """Free the held entry whose condition fails most; false where none does."""
-        n, slack = self.smooth.n, flint.arb(2) ** (SPARE - flint.ctx.prec)
+        n, slack = self.smooth.n, flint.arb(2) ** (ROUNDING_BITS - flint.ctx.prec)
         worst, chosen = 1 + slack, None
         for k, held in enumerate(self.held):
             if held:

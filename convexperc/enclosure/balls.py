@@ -98,7 +98,7 @@ class ExactData:
 
 
 @dataclass(frozen=True, eq=False)
-class BallFrame:
+class ReducedBalls:
     """K_i = X_i X_i', G, c = X o and ||o||^2 of the normalised problem, enclosed; and its lambdas.
 
     Attributes
@@ -125,7 +125,9 @@ class BallFrame:
     space: RowSpace | None
 
     @classmethod
-    def of(cls, problem: Problem, exponents: tuple[int, int], data: ExactData | None = None) -> "BallFrame":
+    def of(
+        cls, problem: Problem, exponents: tuple[int, int], data: ExactData | None = None
+    ) -> "ReducedBalls":
         """Enclose the data of `problem`, scaled by 2^-x and 2^-o, in the precision in force."""
         data = ExactData.of(problem) if data is None else data
         x, t = exponents

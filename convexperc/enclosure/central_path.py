@@ -16,12 +16,12 @@ from typing import Any
 
 import flint
 
-from convexperc.enclosure.balls import BallFrame, Number, Numbers, column, dot, midpoint
+from convexperc.enclosure.balls import Number, Numbers, ReducedBalls, column, dot, midpoint
 from convexperc.enclosure.smooth import Smooth, State
 
-SHRINK = 12
+BARRIER_DIVISOR = 12
 """mu falls by this factor between two centrings."""
-CENTRINGS = 6000
+MAX_STEPS = 6000
 """More Newton steps than this in all never were needed; a bound against a loop without end."""
 
 
@@ -45,10 +45,10 @@ class Central:
 class CentralPath:
     """Follows the central path of one reduced problem towards mu = 0."""
 
-    def __init__(self, frame: BallFrame) -> None:
-        self.smooth = smooth = Smooth(frame)
+    def __init__(self, reduced: ReducedBalls) -> None:
+        self.smooth = smooth = Smooth(reduced)
         self.lambda2 = smooth.lambda2
-        self.mu = frame.target.mid() if frame.target > 0 else flint.arb(1)
+        self.mu = reduced.target.mid() if reduced.target > 0 else flint.arb(1)
         self.w = [flint.arb(0)] * smooth.n
         self.t = [(self.mu / smooth.fee).mid() for _ in smooth.K]
         self.steps = 0
@@ -59,9 +59,9 @@ class CentralPath:
 
     def advance(self) -> None:
         """Lower mu and centre again."""
-        self.mu = (self.mu / SHRINK).mid()
+        self.mu = (self.mu / BARRIER_DIVISOR).mid()
         for _ in range(60):
-            if self.steps >= CENTRINGS or self._newton():
+            if self.steps >= MAX_STEPS or self._newton():
                 return
 
     def _merit(self, w: Numbers, t: Numbers, q: Numbers) -> Number:

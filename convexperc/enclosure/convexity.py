@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.certificate.rationals import RowSpace, column
-from convexperc.enclosure.balls import BallFrame, null_projection
+from convexperc.enclosure.balls import ReducedBalls, null_projection
 from convexperc.problem.problem import Problem
 
 ACCURATE = 8
@@ -37,12 +37,12 @@ class Curvature:
     unique: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, problem: Problem, frame: BallFrame, P: list[int]) -> "Curvature | None":
+    def of(cls, problem: Problem, reduced: ReducedBalls, P: list[int]) -> "Curvature | None":
         """Try H = G first, then the exact null space; None where the precision in force is not enough."""
         every = np.ones(len(P), dtype=bool)
-        inverse = _inverse(principal(frame.G, P))
+        inverse = _inverse(principal(reduced.G, P))
         if inverse is not None:
-            return cls(frame.G, inverse, every)
+            return cls(reduced.G, inverse, every)
         coupled = problem.lambda1 > 0.0
         space = RowSpace.within_limit(problem.X if coupled else problem.X[P])
         if space is None:
@@ -51,13 +51,13 @@ class Curvature:
         if N is None:
             return None
         if coupled:
-            H = frame.G + N * frame.lambdas[0]
+            H = reduced.G + N * reduced.lambdas[0]
             inverse = _inverse(principal(H, P))
             return None if inverse is None else cls(H, inverse, every)
-        weight = max(frame.G[j, j].upper() for j in P)
-        inverse = _inverse(principal(frame.G, P) + N * weight)
+        weight = max(reduced.G[j, j].upper() for j in P)
+        inverse = _inverse(principal(reduced.G, P) + N * weight)
         unique = np.array([N[k, k].contains(0) and _is_settled(space, k) for k in range(len(P))])
-        return None if inverse is None else cls(frame.G, inverse, unique)
+        return None if inverse is None else cls(reduced.G, inverse, unique)
 
 
 def _is_settled(space: RowSpace, k: int) -> bool:

@@ -18,7 +18,13 @@ ROOT_BITS = 160
 
 @dataclass(frozen=True, eq=False)
 class Dyadic:
-    """Integers times one power of two: whole * 2^exponent."""
+    """Integers times one power of two: whole * 2^exponent.
+
+    Attributes
+    ----------
+    whole : object array of int, shape (k,)
+    exponent : int
+    """
 
     whole: Integers
     exponent: int

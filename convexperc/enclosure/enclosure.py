@@ -18,9 +18,9 @@ from convexperc.certificate.tolerances import ABSOLUTE
 from convexperc.enclosure.active_set import Start
 from convexperc.enclosure.ball_duality import objective_at
 from convexperc.enclosure.balls import (
-    BallFrame,
     ExactData,
     Number,
+    ReducedBalls,
     dot,
     float_above,
     float_below,
@@ -83,8 +83,9 @@ def enclose(
     """Enclose F* until the interval is as narrow as asked, or `BITS` is exhausted.
 
     In each precision Newton's method refines a float64 answer; where that is not narrow enough, the central
-    path is followed from its beginning. In the equality cases of `convexperc.certificate.rationals` the interval is known
-    beforehand, and the path gives the point: it prefers a short w, which survives rounding to float64.
+    path is followed from its beginning. In the equality cases of `convexperc.certificate.rationals` the
+    interval is known beforehand, and the path gives the point: it prefers a short w, which survives rounding
+    to float64.
 
     Parameters
     ----------
@@ -158,15 +159,15 @@ def _in_one_precision(known: _Known, bits: int, tolerances: tuple[float, float])
     """The best that one precision gives."""
     scaling = known.scaling
     with precision(bits):
-        frame = BallFrame.of(known.problem, (scaling.x, scaling.o), known.data)
-        interval = Interval(frame, _scaled_ball(known.optimum, scaling), tolerances)
+        reduced = ReducedBalls.of(known.problem, (scaling.x, scaling.o), known.data)
+        interval = Interval(reduced, _scaled_ball(known.optimum, scaling), tolerances)
         if known.optimum is None and known.near is not None:
             with suppress(ZeroDivisionError):  # a matrix that is singular in this precision
                 interval.refine(known.near)
         if not (interval.steps and interval.narrow):
             with suppress(ZeroDivisionError):
                 interval.follow()
-        point = float_point(known.problem, known.data, scaling, frame, interval.point)
+        point = float_point(known.problem, known.data, scaling, reduced, interval.point)
         unit = flint.arb(2) ** (2 * scaling.o)
         ends = _down(interval.lower * unit), float_above(interval.upper * unit)
         exact = ExactPoint.of(interval, scaling)
@@ -213,7 +214,7 @@ def certify_in_balls(
     certificate: Certificate,
     point: tuple[Vector, FeatureVector] | None = None,
 ) -> Certificate:
-    """Judge a point by the enclosure's interval.
+    """Certify a point by the enclosure's interval.
 
     Parameters
     ----------

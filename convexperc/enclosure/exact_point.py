@@ -7,7 +7,7 @@ import flint
 import numpy as np
 
 from convexperc.certificate.rationals import RowSpace, column
-from convexperc.enclosure.balls import BallFrame, ExactData, Number, Numbers
+from convexperc.enclosure.balls import ExactData, Number, Numbers, ReducedBalls
 from convexperc.enclosure.central_path import Central
 from convexperc.enclosure.dyadic import exact_balls
 from convexperc.enclosure.interval import Interval
@@ -44,7 +44,7 @@ class ExactPoint:
     def of(cls, interval: Interval, scaling: Scaling) -> "ExactPoint":
         """Take the point and the ends of a normalised interval."""
         x, o, point = scaling.x, scaling.o, interval.point
-        t = point.t or [flint.arb(0)] * len(interval.frame.K)
+        t = point.t or [flint.arb(0)] * len(interval.reduced.K)
         ends = (_fraction(end, 2 * o) for end in (interval.value, interval.lower, interval.upper))
         return cls(
             tuple(_fraction(v, o - x) for v in point.w),
@@ -61,15 +61,15 @@ def _fraction(value: Number, exponent: int) -> Fraction:
 
 
 def float_point(
-    problem: Problem, data: ExactData, scaling: Scaling, frame: BallFrame, point: Central
+    problem: Problem, data: ExactData, scaling: Scaling, reduced: ReducedBalls, point: Central
 ) -> tuple[Vector, np.ndarray]:
     """The point (w, u) on the original data, rounded to nearest."""
     unit = flint.arb(2) ** (scaling.o - scaling.x)
     w, u = np.array([float(v * unit) for v in point.w]), np.zeros(problem.d)
     if problem.lambda1 == 0.0:
         return w, u
-    if frame.space is not None:
-        return w, np.array([float(v * unit) for v in _coupling(frame.space, point.w)])
+    if reduced.space is not None:
+        return w, np.array([float(v * unit) for v in _coupling(reduced.space, point.w)])
     unit = unit * flint.arb(2) ** (-2 * scaling.x)
     parts = [[weight * v * unit for v in point.q] for weight in point.t]
     for columns, part in zip(problem.modalities, data.columns(parts), strict=True):

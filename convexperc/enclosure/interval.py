@@ -4,27 +4,27 @@ import math
 
 import flint
 
-from convexperc.enclosure.active_set import Refinement, Start
+from convexperc.enclosure.active_set import ActiveSetNewton, Start
 from convexperc.enclosure.ball_duality import dual_value, primal_value
-from convexperc.enclosure.balls import BallFrame, Number, float_above
+from convexperc.enclosure.balls import Number, ReducedBalls, float_above
 from convexperc.enclosure.central_path import Central, CentralPath
 
 
 class Interval:
     """The narrowest interval of F* so far, normalised, in one precision; at first 0 <= F* <= ||o||^2."""
 
-    def __init__(self, frame: BallFrame, exact: Number | None, tolerances: tuple[float, float]) -> None:
-        self.frame, self.tolerances, self.steps = frame, tolerances, 0
+    def __init__(self, reduced: ReducedBalls, exact: Number | None, tolerances: tuple[float, float]) -> None:
+        self.reduced, self.tolerances, self.steps = reduced, tolerances, 0
         zero = flint.arb(0)
-        self.lower, self.upper = zero, frame.target.upper()
+        self.lower, self.upper = zero, reduced.target.upper()
         if exact is not None:
             self.lower, self.upper = exact.lower(), exact.upper()
-        self.value = frame.target.upper()
-        self.point = Central([zero] * frame.n, [zero] * len(frame.K), [zero] * frame.n, zero)
+        self.value = reduced.target.upper()
+        self.point = Central([zero] * reduced.n, [zero] * len(reduced.K), [zero] * reduced.n, zero)
 
     def try_point(self, point: Central) -> tuple[Number, Number]:
         """Bound F* by what the point gives; returns these bounds from above and from below."""
-        value, low = primal_value(self.frame, point).upper(), dual_value(self.frame, point).lower()
+        value, low = primal_value(self.reduced, point).upper(), dual_value(self.reduced, point).lower()
         if value < self.value:
             self.value, self.point = value, point
         self.upper = min(self.upper, value)
@@ -39,7 +39,7 @@ class Interval:
     @property
     def share(self) -> float:
         """Upper bound of (upper - lower) / ||o||^2."""
-        return quotient(self.upper - self.lower, self.frame.target.lower())
+        return quotient(self.upper - self.lower, self.reduced.target.lower())
 
     @property
     def narrow(self) -> bool:
@@ -48,15 +48,15 @@ class Interval:
 
     def refine(self, near: Start) -> None:
         """Try where Newton's method leads from a float64 answer."""
-        refinement = Refinement(self.frame, near)
-        self.try_point(refinement.point())
-        self.steps += refinement.steps
+        newton = ActiveSetNewton(self.reduced, near)
+        self.try_point(newton.point())
+        self.steps += newton.steps
 
     def follow(self) -> None:
         """Try points along the central path until the interval is narrow, or no more is gained."""
-        path, before, stalled = CentralPath(self.frame), self.steps, 0
-        best, least = self.frame.target.upper(), flint.arb(0)  # of the path: another point may be far ahead
-        while stalled <= 3 and path.mu >= self.frame.target * flint.arb(2) ** (-flint.ctx.prec):
+        path, before, stalled = CentralPath(self.reduced), self.steps, 0
+        best, least = self.reduced.target.upper(), flint.arb(0)  # of the path: another point may be far ahead
+        while stalled <= 3 and path.mu >= self.reduced.target * flint.arb(2) ** (-flint.ctx.prec):
             path.advance()
             value, low = self.try_point(path.point())
             stalled = 0 if value < best or low > least else stalled + 1

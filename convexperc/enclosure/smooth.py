@@ -1,6 +1,6 @@
 """The smooth part of the reduced objective and its derivatives, in numbers of any length.
 
-With K_i = X_i X_i', G = sum_i K_i, c = X o and t_i = 2 ||u^i|| / lambda3 (see `convexperc.problem.reduction`):
+With K_i = X_i X_i', G = sum_i K_i, c = X o and t_i = 2 ||u^i|| / lambda3 (`convexperc.problem.reduction`):
 
     h(w, t) = w'Gw - 2 c'w + w' S(t)^-1 w + (lambda3^2 / 4) sum_i t_i,   S(t) = I / lambda1 + sum_i t_i K_i.
 
@@ -13,7 +13,7 @@ from typing import Any
 
 import flint
 
-from convexperc.enclosure.balls import BallFrame, Number, Numbers, dot, midpoint, times
+from convexperc.enclosure.balls import Number, Numbers, ReducedBalls, dot, midpoint, times
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,21 +38,21 @@ class State:
 class Smooth:
     """The function h of one reduced problem, at the midpoints of its data."""
 
-    def __init__(self, frame: BallFrame) -> None:
-        self.lambda1, self.lambda2, self.lambda3 = (x.mid() for x in frame.lambdas)
+    def __init__(self, reduced: ReducedBalls) -> None:
+        self.lambda1, self.lambda2, self.lambda3 = (x.mid() for x in reduced.lambdas)
         self.coupled = bool(self.lambda1 > 0) and bool(self.lambda3 > 0)
-        self.G = frame.G.mid()
-        self.K = [gram.mid() for gram in frame.K] if self.coupled else []
-        self.c = midpoint(frame.c)
-        self.n = frame.n
-        self.floor = self._floor(frame)
+        self.G = reduced.G.mid()
+        self.K = [gram.mid() for gram in reduced.K] if self.coupled else []
+        self.c = midpoint(reduced.c)
+        self.n = reduced.n
+        self.floor = self._floor(reduced)
         self.fee = self.lambda3 * self.lambda3 / 4
 
-    def _floor(self, frame: BallFrame) -> Any:
+    def _floor(self, reduced: ReducedBalls) -> Any:
         """S^-1 where lambda3 = 0."""
-        if frame.null is None or self.coupled:
+        if reduced.null is None or self.coupled:
             return None
-        return (frame.null * self.lambda1).mid()
+        return (reduced.null * self.lambda1).mid()
 
     def state(self, w: Numbers, t: Numbers) -> State:
         """S^-1, q = S^-1 w and K_i q."""

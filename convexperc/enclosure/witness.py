@@ -20,7 +20,7 @@ import numpy as np
 from convexperc.certificate.certificate import Certificate
 from convexperc.certificate.duality import DualPoint
 from convexperc.certificate.rationals import Integers, RowSpace, column, integers, numerators
-from convexperc.enclosure.balls import BallFrame, precision
+from convexperc.enclosure.balls import ReducedBalls, precision
 from convexperc.enclosure.central_path import Central, CentralPath
 from convexperc.enclosure.dyadic import Dyadic, exact, exact_balls, power, root_down, root_up, shortened
 from convexperc.problem.arrays import FeatureVector, Vector
@@ -35,7 +35,18 @@ BITS = (128, 256, 512, 1024)
 
 @dataclass(frozen=True, eq=False)
 class Data:
-    """The problem in exact numbers; X is stored as integers in units of 2^exponent."""
+    """The problem in exact numbers.
+
+    Attributes
+    ----------
+    problem : Problem
+        As given.
+    X : object array of int, shape (n, d)
+        In units of 2^exponent.
+    exponent : int
+    o : Dyadic
+    lambda1, lambda2, lambda3 : Fraction
+    """
 
     problem: Problem
     X: Integers
@@ -233,10 +244,10 @@ def _rounded(values: Any, digits: int) -> Dyadic:
 def _central_points(problem: Problem, bits: int) -> Iterator[tuple[Scaling, Central]]:
     """Points near the central path, nearer and nearer to the optimum, in the precision in force."""
     scaling = Scaling.of(problem)
-    frame = BallFrame.of(problem, (scaling.x, scaling.o))
-    path = CentralPath(frame)
+    reduced = ReducedBalls.of(problem, (scaling.x, scaling.o))
+    path = CentralPath(reduced)
     for share in range(40, bits, 24):
-        while path.mu > frame.target * flint.arb(2) ** -share:
+        while path.mu > reduced.target * flint.arb(2) ** -share:
             path.advance()
         yield scaling, path.point()
 

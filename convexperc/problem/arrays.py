@@ -1,4 +1,4 @@
-"""Typed, frozen arrays: whatever comes through the door leaves it as finite, read-only float64."""
+"""Input validation: arrays are checked and copied once, to finite, read-only float64."""
 
 import math
 from collections.abc import Iterator

@@ -16,14 +16,21 @@ from convexperc.problem.arrays import Vector
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.problem import Problem
 
-NUMBER = "must be a finite number: a JSON number, or a C99 hex float in a string"
+MUST_BE_NUMBER = "must be a finite number: a JSON number, or a C99 hex float in a string"
 LAMBDAS = ("lambda1", "lambda2", "lambda3")
 _HEX = re.compile(r"[+-]?0[xX](?:[0-9a-fA-F]+\.?[0-9a-fA-F]*|\.[0-9a-fA-F]+)(?:[pP][+-]?[0-9]+)?")
 
 
 @dataclass(frozen=True, eq=False)
 class ProblemFile:
-    """A problem with the id that its file gives it, or None."""
+    """A problem as its file gives it.
+
+    Attributes
+    ----------
+    id : str or None
+        What the file calls it.
+    problem : Problem
+    """
 
     id: str | None
     problem: Problem
@@ -31,7 +38,15 @@ class ProblemFile:
 
 @dataclass(frozen=True, eq=False)
 class AnswerFile:
-    """Anybody's answer (w, u) to the problem of that id; what the file claims of it is not kept."""
+    """An answer from anywhere to a problem; what the file claims of it is not kept.
+
+    Attributes
+    ----------
+    id : str or None
+        The id of the problem that it answers.
+    w : float64 (n,), read-only
+    u : float64 (d,), read-only
+    """
 
     id: str | None
     w: Vector
@@ -142,7 +157,7 @@ def _number(value: Any, place: str) -> float:
     except OverflowError:
         pass
     if not math.isfinite(number):
-        raise FileFormatError(place, value=value, must=NUMBER)
+        raise FileFormatError(place, value=value, must=MUST_BE_NUMBER)
     return number
 
 

@@ -36,7 +36,7 @@ class Terms:
 
 
 def residuals(problem: Problem, w: Vector, u: FeatureVector) -> tuple[FeatureVector, Vector]:
-    """P = X'w - o, shape (d,), and q = Xu - w, shape (n,)."""
+    """p = X'w - o, shape (d,), and q = Xu - w, shape (n,)."""
     return problem.X.T @ w - problem.o, problem.X @ u - w
 
 

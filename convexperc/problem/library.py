@@ -13,7 +13,7 @@ from convexperc.problem.arrays import BLOCK, FeatureVector, real_array
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.reduction import CHUNK
 
-SAFE = 2.0**200
+SAFE_SQUARE = 2.0**200
 """Squared lengths beyond this, or below its inverse, are left to `solve`: products may underflow."""
 
 
@@ -26,10 +26,10 @@ class TemplateLibrary:
     O : array of real numbers (d, p)
         Column j is template j. An array, also a memory-mapped one, is not copied; keep it as it is while the
         library or an answer to it is in use.
-    names : tuple of p str
-        One name a template, all different.
     modalities : Modalities
         The partition of the d features.
+    given_names : tuple of p str, or None
+        One name a template, all different, if they were given.
 
     Notes
     -----
@@ -38,8 +38,8 @@ class TemplateLibrary:
     """
 
     O: Any  # noqa: E741 - the paper's symbol
-    names: tuple[str, ...]
     modalities: Modalities
+    given_names: tuple[str, ...] | None = None
 
     @classmethod
     def of(
@@ -68,13 +68,15 @@ class TemplateLibrary:
         if isinstance(templates, TemplateLibrary):
             return templates._confirmed(names, modalities)
         columns, found = read_columns(templates, names)
-        return cls(columns, found, Modalities.of(modalities, columns.shape[0]))
+        return cls(columns, Modalities.of(modalities, columns.shape[0]), found)
 
     def _confirmed(self, names: Sequence[str] | None, modalities: Any) -> "TemplateLibrary":
         """The same library, unless it is to have other names or modalities."""
         if names is not None and tuple(names) != self.names:
             raise TemplateNameError("names", value=names, must="must be left out: the library has names")
-        if modalities is not None and not Modalities.of(modalities, self.d).same(self.modalities):
+        if modalities is None or modalities is self.modalities:
+            return self
+        if not Modalities.of(modalities, self.d).same(self.modalities):
             remedy = "Leave them out, or make the library with them."
             must = "must be those of the library"
             raise ProblemError("modalities", value=modalities, must=must, remedy=remedy)
@@ -82,6 +84,13 @@ class TemplateLibrary:
 
     def __len__(self) -> int:
         return int(self.O.shape[1])
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """One name a template, all different; ``object 1`` ... where none were given."""
+        if self.given_names is not None:
+            return self.given_names
+        return tuple(f"object {i}" for i in range(1, len(self) + 1))
 
     @property
     def d(self) -> int:
@@ -114,13 +123,14 @@ class TemplateLibrary:
             A number is NaN or infinite.
         """
         squares = np.empty(len(self))
-        for chosen, block in self.blocks():
-            squares[chosen] = squared_lengths(block, chosen.start)
-        return Lengths(squares)
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            for chosen, block in self.blocks():
+                squares[chosen] = squared_lengths(block, chosen.start)
+        return Lengths.of(squares)
 
     def keep(self, squares: Float[np.ndarray, " p"]) -> None:
         """Take over the squared lengths of all templates, from `squared_lengths` block by block."""
-        self.__dict__["lengths"] = Lengths(squares)
+        self.__dict__["lengths"] = Lengths.of(squares)
 
     def __repr__(self) -> str:
         sizes = dict(zip(self.modalities.names, self.modalities.sizes, strict=True))
@@ -133,26 +143,24 @@ class Lengths:
 
     Attributes
     ----------
-    squares : float64 (p,)
-        ||o_j||^2, to rounding.
+    sound : bool (p,)
+        Where the length is neither 0 nor out of the safe range.
+    exponents : int (p,)
+        k_j; 0 where the length is not sound.
+    targets : float64 (p,)
+        ||o_j_||^2, to rounding.
     """
 
-    squares: Float[np.ndarray, " p"]
+    sound: Bool[np.ndarray, " p"]
+    exponents: Int[np.ndarray, " p"]
+    targets: Float[np.ndarray, " p"]
 
-    @cached_property
-    def sound(self) -> Bool[np.ndarray, " p"]:
-        """Where the length is neither 0 nor out of the safe range."""
-        return np.asarray((self.squares > 1.0 / SAFE) & (self.squares < SAFE))
-
-    @cached_property
-    def exponents(self) -> Int[np.ndarray, " p"]:
-        """k_j; 0 where the length is not sound."""
-        return np.asarray(length_exponents(np.where(self.sound, self.squares, 0.5)))
-
-    @cached_property
-    def targets(self) -> Float[np.ndarray, " p"]:
-        """||o_j_||^2."""
-        return np.asarray(np.ldexp(self.squares, -2 * self.exponents))
+    @classmethod
+    def of(cls, squares: Float[np.ndarray, " p"]) -> "Lengths":
+        """Normalise the squared lengths ||o_j||^2."""
+        sound = (squares > 1.0 / SAFE_SQUARE) & (squares < SAFE_SQUARE)
+        exponents = length_exponents(np.where(sound, squares, 0.5))
+        return cls(sound, exponents, np.ldexp(squares, -2 * exponents))
 
 
 def length_exponents(squares: Any) -> Any:
@@ -168,25 +176,28 @@ def squared_lengths(block: Float[np.ndarray, "d k"], first: int) -> Float[np.nda
     ProblemError
         A number is NaN or infinite.
     """
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        found = np.einsum("dp,dp->p", block[:CHUNK], block[:CHUNK])
-        for start in range(CHUNK, block.shape[0], CHUNK):
-            part = block[start : start + CHUNK]
-            found += np.einsum("dp,dp->p", part, part)
-    for j in np.flatnonzero(~np.isfinite(found)):  # an overflow of the squares alone is no fault
-        real_array(block[:, j], f"O[:, {first + j}]", 1)
+    found = np.einsum("dp,dp->p", block[:CHUNK], block[:CHUNK])
+    for start in range(CHUNK, block.shape[0], CHUNK):
+        part = block[start : start + CHUNK]
+        found += np.einsum("dp,dp->p", part, part)
+    if not np.isfinite(found).all():
+        for j in np.flatnonzero(~np.isfinite(found)):  # an overflow of the squares alone is no fault
+            real_array(block[:, j], f"O[:, {first + j}]", 1)
     return np.asarray(found)
 
 
-def read_columns(templates: Any, names: Sequence[str] | None) -> tuple[Any, tuple[str, ...]]:
+def read_columns(templates: Any, names: Sequence[str] | None) -> tuple[Any, tuple[str, ...] | None]:
     """O and the names of its columns, from a mapping or an array; see `TemplateLibrary.of`."""
     if isinstance(templates, Mapping):
         if names is not None:
             must = "must be left out where the templates are a mapping, whose keys are the names"
             raise TemplateNameError("names", value=names, must=must)
         names, templates = tuple(templates), _columns(templates)
-    columns = _as_columns(templates)
-    return columns, _names(names, columns.shape[1])
+    columns, given = _as_columns(templates), None if names is None else tuple(names)
+    p = columns.shape[1]
+    if given is not None and not len(given) == len(set(given)) == p:
+        raise TemplateNameError("names", value=given, must=f"must name each of the {p} templates once")
+    return columns, given
 
 
 def _as_columns(templates: Any) -> Any:
@@ -211,11 +222,3 @@ def _columns(templates: Mapping[str, Any]) -> Float[np.ndarray, "d p"]:
             must = f"must have the {d} entries that reference {first!r} has"
             raise ProblemError(f"reference {name!r}", value=row.shape, must=must)
     return np.stack(list(rows.values())).T
-
-
-def _names(given: Sequence[str] | None, p: int) -> tuple[str, ...]:
-    """As many names as templates, all different, or else the default ones."""
-    names = tuple(f"object {i}" for i in range(1, p + 1)) if given is None else tuple(given)
-    if len(names) != p or len(set(names)) != p:
-        raise TemplateNameError("names", value=names, must=f"must name each of the {p} templates once")
-    return names

@@ -13,7 +13,13 @@ from jaxtyping import Bool, Float, Int
 
 from convexperc.errors import ProblemError
 from convexperc.problem.arrays import FeatureVector, Vector
-from convexperc.problem.library import SAFE, TemplateLibrary, length_exponents, read_columns, squared_lengths
+from convexperc.problem.library import (
+    SAFE_SQUARE,
+    TemplateLibrary,
+    length_exponents,
+    read_columns,
+    squared_lengths,
+)
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
 from convexperc.problem.reduction import Reduction
@@ -120,7 +126,7 @@ class ReducedData:
         return Problem.of(self.views, self.library.template(j), penalties)
 
     def normalised(self, penalties: Penalties) -> Float[np.ndarray, "p 3"]:
-        """(lambda1, lambda2, lambda3) in each template's own units; infinite or 0 beyond the range of float64."""
+        """(lambda1, lambda2, lambda3) in each template's own units; inf or 0 beyond the range of float64."""
         found = np.empty((self.p, 3))
         with np.errstate(over="ignore", under="ignore"):
             found[:, 0] = np.ldexp(penalties.lambda1, -2 * self.x)
@@ -150,16 +156,16 @@ def _library(templates: Any, names: Sequence[str] | None, views: Views) -> Templ
     if columns.shape[0] != d:
         if isinstance(templates, Mapping):
             must = f"must have one entry for each of the {d} columns of X"
-            raise ProblemError(f"reference {found[0]!r}", value=columns.shape[:1], must=must)
+            raise ProblemError(f"reference {next(iter(templates))!r}", value=columns.shape[:1], must=must)
         must = f"must have {d} rows, as X has columns"
         raise ProblemError("O", value=columns.shape, must=must, remedy="Each column of O is one template.")
-    return TemplateLibrary(columns, found, views.modalities)
+    return TemplateLibrary(columns, views.modalities, found)
 
 
 def _exponent(reduction: Reduction) -> tuple[int, bool]:
     """x, and whether the Gram matrices can be used."""
     largest = float(reduction.G.diagonal().max())
-    usable = 1.0 / SAFE < largest < SAFE and bool(np.isfinite(reduction.G).all())
+    usable = 1.0 / SAFE_SQUARE < largest < SAFE_SQUARE and bool(np.isfinite(reduction.G).all())
     return int(length_exponents(largest)) if usable else 0, usable
 
 
@@ -167,11 +173,11 @@ def _products(reduction: Reduction, library: TemplateLibrary) -> Float[np.ndarra
     """Row j is X o_j; the first pass over a library also measures it."""
     C = np.empty((len(library), reduction.G.shape[0]))
     squares = None if library.measured else np.empty(len(library))
-    for chosen, block in library.blocks():
-        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        for chosen, block in library.blocks():
             C[chosen] = reduction.product(block)
-        if squares is not None:
-            squares[chosen] = squared_lengths(block, chosen.start)
+            if squares is not None:
+                squares[chosen] = squared_lengths(block, chosen.start)
     if squares is not None:
         library.keep(squares)
     return C

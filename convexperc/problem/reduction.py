@@ -1,4 +1,4 @@
-"""Exact reduction from n + d unknowns to n + m, shared by all templates of a frame.
+"""Exact reduction from n + d unknowns to n + m, shared by all templates of a set of views.
 
 u^i matters only through X_i u^i and ||u^i||, so the best u^i lies in the row space of X_i. Eliminating u,
 with K_i = X_i X_i', G = sum_i K_i, c = X o and t_i = 2 ||u^i|| / lambda3, leaves
@@ -27,7 +27,7 @@ CHUNK = 4096
 
 @dataclass(frozen=True, eq=False)
 class Reduction:
-    """What all templates of one frame share.
+    """What all templates of one set of views share.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
 from convexperc.problem.views import Views
 
-LARGEST = 2.0**1000
+LARGEST_LAMBDA = 2.0**1000
 """Scaled lambdas above this are cut here for solvers; a smaller lambda can only lower F*."""
 
 SMALLEST_NORMAL = 2.0**-1022
@@ -104,10 +104,10 @@ class Scaling:
         """The normalised problem for a solver: nearest floats, lambdas cut where no optimum changes.
 
         With ||x^j|| < 1 and ||o|| < 1: lambda2 >= 2 gives w = 0; and ||b||_inf <= 2 + lambda2 at the optimum,
-        so that lambda3 >= n (2 + lambda2) gives u = 0. Only lambda1 beyond `LARGEST` is really cut.
+        so that lambda3 >= n (2 + lambda2) gives u = 0. Only lambda1 beyond `LARGEST_LAMBDA` is really cut.
         """
         o = times_power_of_two(problem.o, -self.o)
-        one, two, three = (min(high, LARGEST) for _, high in self.lambdas(problem))
+        one, two, three = (min(high, LARGEST_LAMBDA) for _, high in self.lambdas(problem))
         two, three = min(two, 4.0), min(three, 8.0 * problem.n)
         return Problem.of(self._views(problem), o, Penalties(one, two, three))
 
@@ -117,7 +117,7 @@ def _shifted(value: float, exponent: int) -> Bounds:
     try:
         moved = math.ldexp(value, exponent)
     except OverflowError:
-        return LARGEST, math.inf
+        return LARGEST_LAMBDA, math.inf
     if not math.isfinite(moved) or _is_shifted(moved, value, exponent):
         return moved, moved
     return max(0.0, math.nextafter(moved, -math.inf)), math.nextafter(moved, math.inf)

@@ -57,7 +57,7 @@ class Views:
 
     @cached_property
     def exponent(self) -> int:
-        """X such that the longest row of X / 2^x has a length in [1/2, 1); 0 where X = 0."""
+        """x such that the longest row of X / 2^x has a length in [1/2, 1); 0 where X = 0."""
         return binary_exponent(self.X)
 
     @cached_property

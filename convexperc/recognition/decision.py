@@ -14,13 +14,13 @@ class Decision(Enum):
 
     OBJECTIVE = "objective"
     """The lowest F*_j. Paper: Algorithm 1. As F*_j <= ||o_j||^2, a short template wins by its length."""
-    EXPLAINED_SHARE = "explained share"
+    EXPLAINED_FRACTION = "explained fraction"
     """The largest 1 - F*_j / ||o_j||^2, in [0, 1]: how much of its template the views explain. The same where
     all templates have one length."""
 
     @classmethod
     def of(cls, value: object) -> "Decision":
-        """Read a decision, or its value.
+        """Read a decision, or its value; "explained share" is the former name of the second.
 
         Raises
         ------
@@ -30,8 +30,10 @@ class Decision(Enum):
         if isinstance(value, cls):
             return value
         for decision in cls:
-            if decision.value == value:
+            if value == decision.value:
                 return decision
+        if value == "explained share":
+            return cls.EXPLAINED_FRACTION
         names = ", ".join(repr(decision.value) for decision in cls)
         raise DecisionError("decision", value=value, must=f"must be one of {names}")
 

@@ -22,7 +22,7 @@ from convexperc.solution.answers import Answers
 from convexperc.solution.batch import BatchSolver
 from convexperc.solvers.interface import Solver
 
-NARROWEST = 1e-30
+NARROWEST_WIDTH = 1e-30
 """Relative width asked of overlapping intervals; what is reported is limited by float64, about 1e-16."""
 NORM_FACTOR = 1.1
 """Templates whose norms differ by more than this factor are warned about: F* <= ||o||^2, so a short template
@@ -34,13 +34,14 @@ class Options(TypedDict, total=False):
 
     Attributes
     ----------
-    decision : {"objective", "explained share"} or Decision
-        What the templates are compared by: F*, as in the paper (the default), or the share of ||o||^2 that
-        is explained.
+    decision : {"objective", "explained fraction"} or Decision
+        What the templates are compared by: F*, as in the paper (the default), or the fraction of
+        ||o||^2 that is explained.
     prune : bool
         Solve only the templates that lower bounds do not exclude (the default).
     solver : Solver or None
-        Solve every template by this one. Without, all are solved at once, see `convexperc.recognition.pruning`.
+        Solve every template by this one. Without, all are solved at once; see
+        `convexperc.recognition.pruning`.
     escalate : bool
         Answer by ball arithmetic where the named solver's answer is not certified, and narrow the intervals
         by it where they overlap (the default).
@@ -202,7 +203,7 @@ def decided_by(found: Recognition, decision: Decision | str) -> Recognition:
     found : Recognition
         Best of ``prune=False``: a template given up under one decision may be a rival under the other,
         and ball arithmetic then narrows its interval, which is slow.
-    decision : {"objective", "explained share"} or Decision
+    decision : {"objective", "explained fraction"} or Decision
 
     Returns
     -------
@@ -230,7 +231,9 @@ def _narrowed(found: Recognition) -> Recognition:
         data = problem.o.tobytes()
         if data not in known:
             start = finite_start(found.answers.w[j], found.answers.u(j))
-            tight = enclose(problem, relative_tolerance=NARROWEST, absolute_tolerance=NARROWEST, start=start)
+            tight = enclose(
+                problem, relative_tolerance=NARROWEST_WIDTH, absolute_tolerance=NARROWEST_WIDTH, start=start
+            )
             known[data] = tight.lower, tight.upper
         lower[j], upper[j] = max(known[data][0], lower[j]), min(known[data][1], upper[j])
     answers = replace(found.answers, lower=lower, upper=upper)
@@ -271,7 +274,7 @@ def decide(
         reason = "every optimum is w = u = 0, so that F* = ||o||^2 says nothing of the views; lower lambda2"
         return verdict(Verdict.TIE, reason)
     if len(rivals) == 1:
-        if decision is Decision.EXPLAINED_SHARE:
+        if decision is Decision.EXPLAINED_FRACTION:
             return verdict(Verdict.PROVED, "more of it is explained than of every other one, by proof")
         return verdict(Verdict.PROVED, "its optimum lies below every other one, by proof")
     data = answers.data

@@ -54,7 +54,7 @@ def _pruning(
 ) -> Pruning:
     """The ceiling in units that the chosen templates share."""
     data = batch.data
-    if decision is Decision.EXPLAINED_SHARE:
+    if decision is Decision.EXPLAINED_FRACTION:
         return Pruning(1.0 / data.targets[chosen], ceiling, MARGIN)
     largest = int(data.exponents.max())
     units = np.ldexp(1.0, 2 * (data.exponents[chosen] - largest))
@@ -73,7 +73,7 @@ def _estimate(batch: BatchSolver, decision: Decision) -> Float[np.ndarray, " p"]
     ridge = data.G.copy()
     ridge.flat[:: data.n + 1] += batch.normalised[0, 0] + 1e-9 * data.n
     explained = np.einsum("pn,np->p", data.C, np.linalg.solve(ridge, data.C.T))
-    if decision is Decision.EXPLAINED_SHARE:
+    if decision is Decision.EXPLAINED_FRACTION:
         return np.asarray(1.0 - explained / np.where(data.sound, data.targets, 1.0))
     return np.asarray(np.ldexp(data.targets - explained, 2 * data.exponents))
 

@@ -15,7 +15,7 @@ from convexperc.recognition.decision import Decision, costs
 from convexperc.solution.answers import Answers
 from convexperc.solution.solution import Solution, Status
 
-SHORT, SLACK = 1e-140, 2.0**-30
+SMALLEST_SQUARED, SQUARE_ERROR = 1e-140, 2.0**-30
 """Lengths below this, or above its inverse, are not squared; relative error charged to those that are."""
 
 
@@ -202,9 +202,9 @@ def cost_bounds(answers: Answers, decision: Decision) -> Intervals:
     """Bound what decides; squared lengths that the reduced data do not bound are computed one by one."""
     data = answers.data
     least, most = (bound.copy() for bound in answers.bounds.squares)
-    if decision is Decision.EXPLAINED_SHARE:
+    if decision is Decision.EXPLAINED_FRACTION:
         for j in (~data.sound).nonzero()[0].tolist():
             length = euclidean_length(data.library.template(j))
-            if length == 0.0 or SHORT < length < 1.0 / SHORT:
-                least[j], most[j] = length**2 * (1.0 - SLACK), length**2 * (1.0 + SLACK)
+            if length == 0.0 or SMALLEST_SQUARED < length < 1.0 / SMALLEST_SQUARED:
+                least[j], most[j] = length**2 * (1.0 - SQUARE_ERROR), length**2 * (1.0 + SQUARE_ERROR)
     return costs(decision, (answers.lower, answers.upper), (least, most))

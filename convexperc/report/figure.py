@@ -175,7 +175,7 @@ def _objectives(sheet: _Sheet, recognition: Recognition) -> None:
     left, label, numbers, top = 4.6, 1.55, 2.25, sheet.panels + 0.35
     width = WIDTH - MARGIN - left
     heading = "Optimum F* of each object, lowest first"
-    if recognition.decision is Decision.EXPLAINED_SHARE:
+    if recognition.decision is Decision.EXPLAINED_FRACTION:
         heading = "Share F*/||o||² that each object leaves, lowest first"
     sheet.text(left, sheet.panels + 0.2, heading, 10.0, weight="bold")
     sheet.text(left + width - 0.78, sheet.panels + 0.2, "proved within", 8.0, color=QUIET)

@@ -1,4 +1,4 @@
-"""The answers to all templates of one set of views, with what is proved of each; large vectors only on demand."""
+"""The answers to all templates of one set of views, with what is proved of each; u only on demand."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from convexperc.certificate.data_bounds import DataBounds
-from convexperc.certificate.reduced import Bounds
+from convexperc.certificate.reduced import AnswerBounds
 from convexperc.certificate.tolerances import Tolerances
 from convexperc.problem.arrays import FeatureVector
 from convexperc.problem.penalties import Penalties
@@ -64,7 +64,7 @@ class Answers:
         lower <= F* <= upper and F(w, u) - F* <= gap, proved.
     reduced : Batch
         The reduced answers, normalised, from which w and u are recovered.
-    proved : Bounds
+    proved : AnswerBounds
         What is proved of the reduced answers, normalised.
     singles : mapping of int to Solution
         Templates that the reduced data could not certify, or that a named solver answered, one by one.
@@ -78,7 +78,7 @@ class Answers:
     upper: Float[np.ndarray, " p"]
     gap: Float[np.ndarray, " p"]
     reduced: Batch
-    proved: Bounds
+    proved: AnswerBounds
     singles: Mapping[int, Solution]
     stages: Stages = field(repr=False)
 

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from convexperc.certificate.data_bounds import DataBounds, Points
-from convexperc.certificate.reduced import Bounds
+from convexperc.certificate.reduced import AnswerBounds
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.errors import StartError
 from convexperc.problem.penalties import Penalties
@@ -47,7 +47,7 @@ class BatchSolver:
         Where the reduced data may be used; the others are for `fall_back`.
     reduced : Batch
         Normalised answers.
-    proved : Bounds
+    proved : AnswerBounds
         Of these, normalised.
     warm : bool
         Whether `reduced` holds a start.
@@ -63,7 +63,7 @@ class BatchSolver:
     normalised: Float[np.ndarray, "p 3"]
     ready: Bool[np.ndarray, " p"]
     reduced: Batch
-    proved: Bounds
+    proved: AnswerBounds
     warm: bool
     singles: dict[int, Solution] = field(default_factory=dict)
     solving: float = 0.0
@@ -87,9 +87,10 @@ class BatchSolver:
             np.zeros((p, n)), np.zeros((p, m)), np.zeros((p, n)), np.zeros(p, dtype=np.int64),
             np.full((p, 2), np.nan),
         )  # fmt: skip
+        lambdas = data.normalised(penalties)
         batch = cls(
-            bounds, penalties, tolerances, data.normalised(penalties), bounds.usable(penalties), reduced,
-            Bounds.unknown(p, n, m), start is not None,
+            bounds, penalties, tolerances, lambdas, bounds.usable(penalties, lambdas), reduced,
+            AnswerBounds.unknown(p, n, m), start is not None,
         )  # fmt: skip
         if start is not None:
             batch._start_from(start)
@@ -147,10 +148,11 @@ class BatchSolver:
         Without `thorough`, the first dual point is tried alone.
         """
         began, tolerances = time.perf_counter(), self.tolerances if thorough else None
-        points = Points(found.W, found.T, found.Q)
-        for mine, new in zip(
-            self.proved, self.bounds.of_points(chosen, self.penalties, points, tolerances), strict=True
-        ):
+        proved = self.bounds.of_points(
+            chosen, self.normalised[chosen], Points(found.W, found.T, found.Q), tolerances,
+            uncoupled=self.penalties.uncoupled,
+        )  # fmt: skip
+        for mine, new in zip(self.proved, proved, strict=True):
             mine[chosen] = new
         for name in ("W", "T", "Q", "iterations", "gaps"):
             getattr(self.reduced, name)[chosen] = getattr(found, name)
@@ -163,7 +165,7 @@ class BatchSolver:
         self.fall_back((~self.answers.certified).nonzero()[0])
 
     def fall_back(self, chosen: Chosen, solver: Solver | None = None, *, escalate: bool = True) -> None:
-        """Solve the chosen templates one by one, on the original data; the views' Gram matrices are shared."""
+        """Solve the chosen templates one by one, on the original data; the Gram matrices are shared."""
         if chosen.size == 0:
             return
         began, tolerances = time.perf_counter(), self.tolerances
@@ -180,7 +182,7 @@ class BatchSolver:
 
     @cached_property
     def answers(self) -> Answers:
-        """Everything that is known so far, on the original data; powers of two in the safe range are exact."""
+        """What is known so far, on the original data; powers of two in the safe range are exact."""
         shift, proved = 2 * self.data.exponents, self.proved
         lower, upper, gap = (np.ldexp(x, shift) for x in (proved.lower, proved.upper, proved.gap))
         if not self.ready.all():

@@ -103,7 +103,7 @@ def certified(
     escalate: bool,
     timings: Timings,
 ) -> Solution:
-    """Certify a solver's result on the problem as given; ball arithmetic where that misses and `escalate` is set.
+    """Certify a solver's result on the problem as given; with `escalate`, ball arithmetic where that misses.
 
     Parameters
     ----------

@@ -25,7 +25,15 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class Timings:
-    """Wall-clock seconds of each stage."""
+    """Wall-clock seconds of each stage.
+
+    Attributes
+    ----------
+    normalise : float
+    solve : float
+    certify : float
+        Also of ball arithmetic where the float64 certificate misses.
+    """
 
     normalise: float
     solve: float

@@ -38,9 +38,9 @@ from numpy.typing import NDArray
 
 from convexperc.enclosure.ball_duality import dual_value, objective_at, primal_value
 from convexperc.enclosure.balls import (
-    BallFrame,
     Number,
     Numbers,
+    ReducedBalls,
     column,
     dot,
     exact_matrix,
@@ -132,14 +132,14 @@ def weight_intervals(solution: Solution, enclosure: Enclosure | None = None) -> 
     first = BITS[0] if enclosure is None else max(BITS[0], enclosure.bits)
     for bits in (first, *(more for more in BITS if more > first)):
         with precision(bits):
-            frame = BallFrame.of(problem, (0, 0))
-            point = _solved(solution, frame) if enclosure is None else _refined(enclosure, frame)
-            zeros = _proved_zeros(frame, point, solution)
-            views = _views(problem, frame, point, ~zeros[0])
+            reduced = ReducedBalls.of(problem, (0, 0))
+            point = _solved(solution, reduced) if enclosure is None else _refined(enclosure, reduced)
+            zeros = _proved_zeros(reduced, point, solution)
+            views = _views(problem, reduced, point, ~zeros[0])
             if views.reason != OPEN:
                 break
     with precision(bits):
-        modalities = _modalities(frame, point, views, ~zeros[1])
+        modalities = _modalities(reduced, point, views, ~zeros[1])
         return WeightIntervals(views.outward(-math.inf), modalities.outward(0.0), float_above(point.gap))
 
 
@@ -181,32 +181,32 @@ class _Balls:
         return Intervals(np.array(lower), np.array(upper), known, "" if known.all() else self.reason)
 
 
-def _solved(solution: Solution, frame: BallFrame) -> _Point:
+def _solved(solution: Solution, reduced: ReducedBalls) -> _Point:
     """The solution's own point."""
     problem, certificate = solution.problem, solution.certificate
     gap = flint.arb(certificate.gap)
     if not (np.isfinite(solution.w).all() and np.isfinite(solution.u).all()):
-        return _Point([flint.arb(0)] * frame.n, [flint.arb(0)] * frame.n, flint.arb(math.inf))
+        return _Point([flint.arb(0)] * reduced.n, [flint.arb(0)] * reduced.n, flint.arb(math.inf))
     value = objective_at(problem, solution.w, solution.u)
     w, u = exact_matrix(solution.w[:, None]), exact_matrix(solution.u[:, None])
     own = (value - flint.arb(certificate.lower)).nonnegative_part().upper()
     return _Point(column(w), column(exact_matrix(problem.X) * u - w), min(gap, own))
 
 
-def _refined(enclosure: Enclosure, frame: BallFrame) -> _Point:
+def _refined(enclosure: Enclosure, reduced: ReducedBalls) -> _Point:
     """The enclosure's point before rounding, with its gap computed anew."""
     exact = enclosure.exact
     w, t, q = ([_rational(v) for v in part] for part in (exact.w, exact.t, exact.q))
     central = Central(w, t, q, flint.arb(0))
-    gap = primal_value(frame, central) - dual_value(frame, central)
+    gap = primal_value(reduced, central) - dual_value(reduced, central)
     r = [-v for v in w]
-    if frame.lambdas[0] > 0 and frame.lambdas[2] > 0:
-        for weight, gram in zip(t, frame.K, strict=True):
+    if reduced.lambdas[0] > 0 and reduced.lambdas[2] > 0:
+        for weight, gram in zip(t, reduced.K, strict=True):
             r = [a + weight * b for a, b in zip(r, times(gram, q), strict=True)]
-    elif frame.null is not None:
-        r = [-v for v in times(frame.null, w)]
+    elif reduced.null is not None:
+        r = [-v for v in times(reduced.null, w)]
     else:
-        r = [flint.arb(0)] * frame.n
+        r = [flint.arb(0)] * reduced.n
     return _Point(w, r, gap.nonnegative_part().upper())
 
 
@@ -221,26 +221,26 @@ def _within(radius: Number) -> Number:
 
 
 def _proved_zeros(
-    frame: BallFrame, point: _Point, solution: Solution
+    reduced: ReducedBalls, point: _Point, solution: Solution
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Views and modalities that no optimum uses, by the certificate or by (1)."""
-    lambda1, lambda2, lambda3 = frame.lambdas
+    lambda1, lambda2, lambda3 = reduced.lambdas
     views, modalities = solution.certificate.zero_views.copy(), solution.certificate.zero_modalities.copy()
     if lambda3 > 0 and lambda1 == 0:
         modalities[:] = True
     if not point.gap.is_finite():
         return views, modalities
-    pull = times(frame.G, point.w)
-    for j in range(frame.n):
-        v = 2 * (pull[j] - frame.c[j] - lambda1 * point.r[j])
-        views[j] |= bool(abs(v) + 2 * (point.gap * (frame.G[j, j] + lambda1)).sqrt() < lambda2)
-    for i, gram in enumerate(frame.K):
+    pull = times(reduced.G, point.w)
+    for j in range(reduced.n):
+        v = 2 * (pull[j] - reduced.c[j] - lambda1 * point.r[j])
+        views[j] |= bool(abs(v) + 2 * (point.gap * (reduced.G[j, j] + lambda1)).sqrt() < lambda2)
+    for i, gram in enumerate(reduced.K):
         norm = 2 * lambda1 * dot(point.r, times(gram, point.r)).nonnegative_part().sqrt()
         modalities[i] |= bool(norm + 2 * (point.gap * lambda1 * gram.trace()).sqrt() < lambda3)
     return views, modalities
 
 
-def _views(problem: Problem, frame: BallFrame, point: _Point, kept: NDArray[np.bool_]) -> _Balls:
+def _views(problem: Problem, reduced: ReducedBalls, point: _Point, kept: NDArray[np.bool_]) -> _Balls:
     """Every w*_j."""
     values: list[Number | None] = [None if some else flint.arb(0) for some in kept]
     P, Z = np.flatnonzero(kept).tolist(), np.flatnonzero(~kept).tolist()
@@ -249,7 +249,7 @@ def _views(problem: Problem, frame: BallFrame, point: _Point, kept: NDArray[np.b
     if not point.gap.is_finite():
         return _Balls(values, GAP)
     try:
-        curvature = Curvature.of(problem, frame, P)
+        curvature = Curvature.of(problem, reduced, P)
     except RankUnknownError:
         return _Balls(values, RANK)
     if curvature is None:
@@ -264,43 +264,43 @@ def _views(problem: Problem, frame: BallFrame, point: _Point, kept: NDArray[np.b
     return _Balls(values, RANK)
 
 
-def _modalities(frame: BallFrame, point: _Point, views: _Balls, kept: NDArray[np.bool_]) -> _Balls:
+def _modalities(reduced: ReducedBalls, point: _Point, views: _Balls, kept: NDArray[np.bool_]) -> _Balls:
     """Every ||u*^i||."""
     values: list[Number | None] = [None if some else flint.arb(0) for some in kept]
-    active, (lambda1, _, lambda3) = np.flatnonzero(kept).tolist(), frame.lambdas
+    active, (lambda1, _, lambda3) = np.flatnonzero(kept).tolist(), reduced.lambdas
     w = [value for value in views.values if value is not None]
     if not active:
         return _Balls(values, "")
     if not (lambda1 > 0 and lambda3 > 0):
         return _Balls(values, UNCOUPLED)
-    if not point.gap.is_finite() or len(w) < frame.n:
+    if not point.gap.is_finite() or len(w) < reduced.n:
         return _Balls(values, VIEWS if point.gap.is_finite() else GAP)
     error = lambda1.sqrt() * point.reach
     q = [_within(error) - lambda1 * v for v in point.r]
-    t = _multipliers(frame, [frame.K[i] for i in active], w, q)
+    t = _multipliers(reduced, [reduced.K[i] for i in active], w, q)
     if t is not None:
         for i, value in zip(active, t, strict=True):
             values[i] = lambda3 / 2 * value
     return _Balls(values, DEPENDENT)
 
 
-def _multipliers(frame: BallFrame, K: list[Any], w: Numbers, q: Numbers) -> Numbers | None:
+def _multipliers(reduced: ReducedBalls, K: list[Any], w: Numbers, q: Numbers) -> Numbers | None:
     """Solve (2) for t*; None where the system may be singular.
 
     For any matrix L and any t, L M (t* - t) = L (w* - q* / lambda1 - M t) with M = [K_i q*]; L is about the
     pseudo-inverse of M and t about the solution, so that L M is about I and the right side is small.
     """
-    n, k = frame.n, len(K)
+    n, k = reduced.n, len(K)
     columns = [times(gram, q) for gram in K]
     M = flint.arb_mat([[columns[i][a] for i in range(k)] for a in range(n)])
     middle = M.mid()
     try:
         L = ((middle.transpose() * middle).mid().inv() * middle.transpose()).mid()
-        right = [a - b / frame.lambdas[0] for a, b in zip(w, q, strict=True)]
+        right = [a - b / reduced.lambdas[0] for a, b in zip(w, q, strict=True)]
         t = midpoint(times(L, right))
         S = sum((gram * weight for gram, weight in zip(K, t, strict=True)), flint.arb_mat(n, n))
         for a in range(n):
-            S[a, a] += 1 / frame.lambdas[0]
+            S[a, a] += 1 / reduced.lambdas[0]
         rest = [a - b for a, b in zip(w, times(S, q), strict=True)]
         change = column((L * M).solve(flint.arb_mat(k, 1, times(L, rest))))
     except ZeroDivisionError:

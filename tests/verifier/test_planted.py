@@ -219,7 +219,7 @@ MUTANTS: dict[str, Patch] = {
     ),
     "modality term left out of the gap": NO_MODALITY_ERROR,
     "norms of the modalities taken as 0": wrapped(
-        frame, "norms_by_group", lambda bounds: (0.0 * bounds[0], 0.0 * bounds[1])
+        evaluation, "norms_by_group", lambda bounds: (0.0 * bounds[0], 0.0 * bounds[1])
     ),
     "pull of the modalities doubled": wrapped(
         duality, "inner_by_group", lambda bounds: (2.0 * bounds[0], 2.0 * bounds[1])

@@ -36,7 +36,7 @@ LAMBDAS = (
 )
 """The last two are coupled: the lasso lies below F, and is not its optimum."""
 NOTICED = 1e-9
-PLAIN = ("Bounds", "Case", "Shared", "new_room", "value_bounds")
+PLAIN = ("AnswerBounds", "Case", "GramBounds", "new_room", "value_bounds")
 
 
 def plain(module: ModuleType, *changes: tuple[str, str]) -> ModuleType:
@@ -55,7 +55,7 @@ def interpreted(*changes: tuple[str, str]) -> ModuleType:
     """As plain Python; its `Distinct` is one of the library's, so that the library takes it."""
     kin = (
         "class Distinct:",
-        "class Distinct(__import__('convexperc.certificate.lasso').lasso_bounds.Distinct):",
+        "class Distinct(__import__('convexperc.certificate.lasso').certificate.lasso.Distinct):",
     )
     copy, below = plain(lasso_bounds, kin, *changes), plain(reduced_bounds)
     copy.__dict__.update({name: getattr(below, name) for name in PLAIN})
@@ -73,7 +73,7 @@ class Frame:
     reduction: Reduction
 
     def shared(self, gamma: float, toward: np.ndarray, signs: tuple[int, int]) -> tuple[Any, Any, Any]:
-        """Shared data, c and ||o||^2, off by all that `gamma` allows."""
+        """GramBounds data, c and ||o||^2, off by all that `gamma` allows."""
         lengths = np.sqrt(np.einsum("ijj->ij", self.reduction.K))
         rows, omega = np.linalg.norm(self.problem.X, axis=1), float(np.linalg.norm(self.problem.o))
         moved = 0.98 * gamma * signs[0]
@@ -82,7 +82,7 @@ class Frame:
         grow = 1.0 + gamma
         blocks = np.sqrt((lengths**2).sum(axis=1))
         data = G, self.reduction.K, grow * lengths, grow * rows, grow * blocks, gamma
-        return reduced_bounds.Shared(*data), c[None], np.array([omega**2 * (1 + moved)])
+        return reduced_bounds.GramBounds(*data), c[None], np.array([omega**2 * (1 + moved)])
 
 
 def frames() -> Iterator[Frame]:

@@ -104,7 +104,7 @@ ALL = tuple(cases())
 
 
 def disturbed(module: ModuleType, case: Case, gamma: float, signs: tuple[int, int]) -> tuple[Any, Any, float]:
-    """Shared data, c and ||o||^2, off by all that `gamma` allows, in a direction that hurts."""
+    """GramBounds data, c and ||o||^2, off by all that `gamma` allows, in a direction that hurts."""
     problem, reduction = case.problem, case.reduction
     lengths = np.sqrt(np.einsum("ijj->ij", reduction.K))
     rows = np.linalg.norm(problem.X, axis=1)
@@ -117,13 +117,13 @@ def disturbed(module: ModuleType, case: Case, gamma: float, signs: tuple[int, in
     target = omega**2 + signs[0] * moved * omega**2
     blocks = np.sqrt((lengths**2).sum(axis=1))
     grow = 1.0 + gamma
-    return module.Shared(G, K, grow * lengths, grow * rows, grow * blocks, gamma), c, target
+    return module.GramBounds(G, K, grow * lengths, grow * rows, grow * blocks, gamma), c, target
 
 
 def judged(module: ModuleType, case: Case, gamma: float, signs: tuple[int, int]) -> Any:
     """The bounds that follow from disturbed data."""
     shared, c, target = disturbed(module, case, gamma, signs)
-    bounds = module.Bounds.unknown(1, case.problem.n, len(shared.K))
+    bounds = module.AnswerBounds.unknown(1, case.problem.n, len(shared.K))
     data = c[None], np.array([target]), np.array([case.problem.lambdas])
     module.bound_reduced(shared, *data, case.w[None], case.t[None], case.q[None], 1e-9, bounds)
     return bounds
@@ -205,14 +205,17 @@ def test_the_compiled_code_is_the_interpreted_code() -> None:
 
 
 MUTANTS = {
-    "the loss without its rounding": ("error = g * rho * rho + SMALL", "error = SMALL"),
-    "half of the loss's rounding": ("error = g * rho * rho + SMALL", "error = 0.05 * g * rho * rho + SMALL"),
+    "the loss without its rounding": ("error = g * rho * rho + UNDERFLOW_SUM", "error = UNDERFLOW_SUM"),
+    "half of the loss's rounding": (
+        "error = g * rho * rho + UNDERFLOW_SUM",
+        "error = 0.05 * g * rho * rho + UNDERFLOW_SUM",
+    ),
     "the loss's rounding turned": ("max(0.0, loss + error)", "max(0.0, loss - error)"),
     "the lower loss's rounding turned": (
         "max(0.0, loss - error) + lambdas",
         "max(0.0, loss + error) + lambdas",
     ),
-    "modality norms without rounding": ("error = g * tau * tau + SMALL", "error = SMALL"),
+    "modality norms without rounding": ("error = g * tau * tau + UNDERFLOW_SUM", "error = UNDERFLOW_SUM"),
     "modality norms bounded on the wrong side": (
         "room.high[i] = np.sqrt(max(0.0, square) + error)",
         "room.high[i] = np.sqrt(max(0.0, square - error))",
@@ -223,8 +226,8 @@ MUTANTS = {
     ),
     "b without rounding": ("room.b_error[a] = 2.0 * g *", "room.b_error[a] = 0.0 * g *"),
     "the reach of b without rounding": (
-        "+ g * tau * tau + SMALL\n        room.reach",
-        "+ SMALL\n        room.reach",
+        "+ g * tau * tau + UNDERFLOW_SUM\n        room.reach",
+        "+ UNDERFLOW_SUM\n        room.reach",
     ),
     "v not scaled into its box": ("s = two / worst * (1.0 - 16 * U)", "s = s"),
     "b not scaled into its balls": ("s = three / room.reach[i] * (1.0 - 16 * U)", "s = s"),

@@ -1,8 +1,8 @@
 """The benchmark: every peer brought to the same gap by the same judge, one after the other, one BLAS thread.
 
 A peer is measured in a process of its own, so that a limit of time can end it. Its tolerance is tightened
-until `convexperc.certificate.certificate.certify` proves a relative gap of `GAP` on the original data; the time of that
-setting counts, without its set-up, which is stated apart.
+until `convexperc.certify` proves a relative gap of `GAP` on the original data; the time of that setting
+counts, without its set-up, which is stated apart.
 
 Some peers have no dual point to offer, and that of the residuals is only as good as the root of the gap. So
 that no peer pays for this, the judge sets F(w, u) of every peer against the best lower bound of F* that

@@ -13,7 +13,7 @@ from convexperc.solution import single as solving
 from convexperc.solution.solution import Solution, Status
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import Solver
-from convexperc.solvers.newton.method import Newton
+from convexperc.solvers.newton.method import STATUSES, Newton
 from convexperc.solvers.osqp import Quadratic, is_quadratic
 from verification import oracles, referee
 from verification.checks.interface import REFEREED, Check, Observation
@@ -33,8 +33,9 @@ from verification.evidence import Outcome
 from verification.oracles import square_root
 from verification.sources import Source
 
-FINISHED = ("optimal", "solved", "stopped")
-"""What Clarabel, OSQP and Newton's method say of an answer that they stand by."""
+FINISHED = ("optimal", "solved", *STATUSES)
+"""What Clarabel and OSQP say of an answer that they stand by; and Newton's method of any, since its limit of
+iterations is far above what a problem of this size takes."""
 AWAY = Fraction(1, 10**4)
 """An answer that its solver stands by and whose F is this share of ||o||^2 above F* belongs to another
 problem, where float64 can be trusted with it: every solver's own tolerance is 1e-9 or less."""

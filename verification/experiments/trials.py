@@ -163,7 +163,7 @@ def run_explained(layout: Layout, X: Floats, known: Known, design: Design) -> Tr
     for scene, rows in layout.rows():
         subsets = drawn(design, layout.name, scene)
         wanted = {s: SETTINGS for each in subsets for s in each}
-        found = _outcomes(X[rows], known, layout.truth(scene), wanted, Decision.EXPLAINED_SHARE)
+        found = _outcomes(X[rows], known, layout.truth(scene), wanted, Decision.EXPLAINED_FRACTION)
         settings += [found[s, pair] for pair in SETTINGS for each in subsets for s in each]
     return Tried.of(settings, _shape(layout, design))
 
@@ -172,7 +172,7 @@ def score_explained(layout: Layout, X: Floats, known: Known) -> float:
     """Mean score of all views with both norms, decided by F* / ||o||^2."""
     scores = []
     for scene, rows in layout.rows():
-        (found,) = recognitions(X[rows], known, [BOTH], Decision.EXPLAINED_SHARE)
+        (found,) = recognitions(X[rows], known, [BOTH], Decision.EXPLAINED_FRACTION)
         scores.append(judge(found, layout.truth(scene)).score)
     return float(np.mean(scores))
 

@@ -14,6 +14,10 @@ from convexperc.solvers.newton.subproblem import lasso, lasso_batch
 
 NO_PRUNING = Pruning(np.empty(0), np.inf, 0.0)
 """Without units no template is pruned; ceiling and margin have no effect."""
+SOLVED, DIRECT = "gap within the tolerance", "direct solution"
+STAGNATED, LIMIT = "stagnation at rounding level", "iteration limit"
+STATUSES = (SOLVED, DIRECT, STAGNATED, LIMIT)
+"""Status texts of `Newton`; the gap is that of the reduced data, without a bound of its rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,12 +100,8 @@ class Newton:
         """Why the first template's iteration ended."""
         F, gap = batch.gaps[0]
         if gap <= self.tolerance * F:
-            return "gap within the tolerance"
-        return (
-            "iteration limit"
-            if batch.iterations[0] >= self.max_iterations
-            else "stagnation at rounding level"
-        )
+            return SOLVED
+        return LIMIT if batch.iterations[0] >= self.max_iterations else STAGNATED
 
     def batch(
         self,
@@ -161,7 +161,7 @@ class Newton:
         if problem.lambda1 > 0.0:
             u = np.linalg.lstsq(X, w, rcond=None)[0]
             b = -2.0 * problem.lambda1 * (w - basis @ (basis.T @ w))
-        return SolverResult(w, u, "direct solution", 1, (2.0 * (X.T @ w - o), b))
+        return SolverResult(w, u, DIRECT, 1, (2.0 * (X.T @ w - o), b))
 
 
 def lassos(
