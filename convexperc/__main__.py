@@ -9,14 +9,14 @@ from convexperc.cli.exits import INTERRUPTED
 from convexperc.cli.main import app
 
 FAULT = 70
-"""EX_SOFTWARE: an exception that nobody foresaw. Python's own 1 would read as "not certified"."""
+"""EX_SOFTWARE of sysexits.h, for an unexpected exception: Python's 1 means "not certified" here."""
 
 
 def main() -> NoReturn:
     """Run the command line and exit with its code.
 
-    0 proved, 1 not proved, 2 the input cannot be used (`convexperc.cli.main` says which is which), 70 a fault of
-    the program, with its traceback, 130 interrupted. A reader that closes the pipe ends it by SIGPIPE.
+    0 proved, 1 not proved, 2 the input cannot be used (see `convexperc.cli.main`), 70 an internal error, with
+    its traceback, 130 interrupted. If the reader closes the pipe, SIGPIPE ends the process.
     """
     if hasattr(signal, "SIGPIPE"):
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)

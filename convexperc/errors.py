@@ -1,4 +1,4 @@
-"""One family of errors: each says what is wrong, with which value, what must hold, and what to do."""
+"""The exceptions: each states what is wrong, its value, the condition violated, and a remedy."""
 
 import importlib.util
 import pickle
@@ -6,18 +6,18 @@ from typing import Any
 
 
 class ConvexpercError(Exception):
-    """Root of every error that this package raises on purpose.
+    """Base class of the exceptions of this package.
 
     Parameters
     ----------
     what : str
-        The thing that is wrong, for example ``"lambda2"`` or a file's name.
+        The name of what is wrong, for example ``"lambda2"`` or a file's name.
     value : object
         The offending value, kept as an attribute and shown (shortened) in the message.
     must : str
-        What has to hold, for example ``"must be a finite number >= 0"``.
+        The condition that is violated, for example ``"must be a finite number >= 0"``.
     remedy : str
-        What the user can do about it.
+        What the user can do, as a sentence; may be empty.
     """
 
     def __init__(self, what: str, *, value: Any, must: str, remedy: str = "") -> None:
@@ -29,19 +29,17 @@ class ConvexpercError(Exception):
         super().__init__(f"{message} {remedy}" if remedy else message)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by the named parts, so that an error survives a worker process."""
+        """Pickle by the named parts, so that an error can be raised across processes."""
         value = self.value
         try:
             pickle.dumps(value)
-        except (
-            Exception
-        ):  # whatever an object raises that cannot travel: its picture in words travels instead
+        except Exception:  # objects that cannot be pickled raise anything: keep their repr
             value = _shown(value)
         return _rebuild, (type(self), self.what, value, self.must, self.remedy)
 
 
 def _shown(value: Any) -> str:
-    """The value in at most 120 characters, whatever its own repr does."""
+    """Return a value's repr in at most 120 characters, even if the repr raises."""
     try:
         shown = repr(value)
     except Exception:  # an integer of over 4,300 digits raises, and so may any foreign object
@@ -58,7 +56,7 @@ class InputError(ConvexpercError, ValueError):
 
 
 class ProblemError(InputError):
-    """X, o or a lambda does not describe a legal problem."""
+    """X, o or a lambda does not describe a valid problem."""
 
 
 class ModalityError(InputError):
@@ -66,11 +64,11 @@ class ModalityError(InputError):
 
 
 class PointError(InputError):
-    """A pair (w, u) does not fit the problem that it is to be judged on."""
+    """A pair (w, u) does not fit the problem that it is evaluated on."""
 
 
 class ToleranceError(InputError):
-    """A tolerance is no finite number >= 0."""
+    """A tolerance is not a finite number >= 0."""
 
 
 class PrecisionError(InputError):
@@ -78,7 +76,7 @@ class PrecisionError(InputError):
 
 
 class DecisionError(InputError):
-    """There is no such decision."""
+    """There is no decision rule of that name."""
 
 
 class TemplateNameError(InputError):
@@ -90,11 +88,11 @@ class RobotNameError(InputError):
 
 
 class StartError(InputError):
-    """Earlier answers do not fit the views and templates that they are to start."""
+    """Earlier answers do not fit the views and templates for which they are the start."""
 
 
 class ImageError(InputError):
-    """A picture cannot be read or is absurd."""
+    """A picture cannot be read, or its size is out of range."""
 
 
 class FeatureError(InputError):
@@ -106,7 +104,7 @@ class FileFormatError(InputError):
 
 
 class SolverError(ConvexpercError, RuntimeError):
-    """A solver raised, or cannot treat this kind of problem."""
+    """A solver raised, or does not support this kind of problem."""
 
 
 class MissingExtraError(ConvexpercError, ImportError):
@@ -114,17 +112,16 @@ class MissingExtraError(ConvexpercError, ImportError):
 
 
 def require(module: str, extra: str, what: str) -> None:
-    """Refuse what needs a package that is not installed; call it before any work is done.
+    """Raise if an optional package is not installed; call it before any work is done.
 
-    The package is looked for and not imported, so that one that is installed but broken still fails with
-    its own error.
+    The package is located but not imported, so that a broken installation raises its own error later.
 
     Parameters
     ----------
     module : str
-        Name that the package is imported by, without a dot.
+        Top-level name under which the package is imported.
     extra : str
-        The extra that brings it, or several with commas between them.
+        The extra that contains it, or several, separated by commas.
     what : str
         What needs it, for example ``"the picture"``.
 

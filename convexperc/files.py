@@ -1,4 +1,4 @@
-"""Files in and out: JSON read strictly, files written whole or not at all."""
+"""Strict reading of JSON, and atomic writing of files."""
 
 import json
 import os
@@ -12,16 +12,16 @@ from convexperc.errors import FileFormatError, InputError
 
 
 class _Constant(str):
-    """NaN, Infinity or -Infinity as it stands in the file: no JSON, and no number wherever one is due."""
+    """NaN, Infinity or -Infinity as written in the file: not JSON, and refused where a number is expected."""
 
 
 def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
-    """Return the file's name for errors, and its JSON.
+    """Return the file's name, for errors, and its JSON value.
 
     Raises
     ------
     FileFormatError
-        Not readable, not JSON, or a key that is given twice.
+        The file is not readable or not JSON, or repeats a key.
     """
     file = os.fspath(path)
 
@@ -45,12 +45,12 @@ def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
 
 
 def placed(file: str, error: InputError) -> FileFormatError:
-    """The same error, with the file's name."""
+    """Return the same error as a `FileFormatError` that names the file."""
     return FileFormatError(f"{file}: {error.what}", value=error.value, must=error.must, remedy=error.remedy)
 
 
 def write_json(path: str | os.PathLike[str], record: Mapping[str, Any]) -> None:
-    """Write `record` as JSON, a line for each innermost list; see `write_atomic`."""
+    """Write `record` as JSON, each innermost list on one line; errors as in `write_atomic`."""
     write_atomic(path, json_bytes(record))
 
 
@@ -60,12 +60,12 @@ def json_bytes(record: Mapping[str, Any]) -> bytes:
 
 
 def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write a file so that nobody ever sees half of it: beside its place first, then moved there.
+    """Write a file atomically: to a temporary file in the same folder, which is then renamed.
 
     Raises
     ------
     InputError
-        See `check_place`; also a full disc.
+        See `check_place`; or writing fails, for example because the disk is full.
     """
     place = check_place(path)
     beside = place.with_name(f".{secrets.token_hex(6)}.part")
@@ -85,13 +85,13 @@ def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
 
 
 def check_place(path: str | os.PathLike[str]) -> Path:
-    """Return the real place of a file to be written, after asking whether it could be: for long work's start.
+    """Return the resolved path of a file to be written, after checking that it can be; call before long work.
 
     Raises
     ------
     InputError
-        There is no such folder, it cannot be written, something other than a file is in the place, or it
-        is one like ``/dev/stdout``, behind which another's open file may be that would be replaced.
+        The folder does not exist or is not writable, the path exists and is not a file, or it is in ``/dev``
+        or ``/proc``: ``/dev/stdout``, for example, may be another program's file, which would be replaced.
     """
     try:
         place = Path(path).resolve()
@@ -115,7 +115,7 @@ def _unwritable(path: str | os.PathLike[str], found: str | None) -> InputError:
 
 
 def _layout(value: Any, indent: str) -> str:
-    """JSON with a line for each entry, but innermost lists and pairs in one line."""
+    """Format as JSON with one line for each entry, but innermost lists and pairs on one line."""
     deeper = indent + "  "
     if isinstance(value, Mapping) and (len(value) > 2 or _nested(value.values())):
         parts = [f"{json.dumps(key)}: {_layout(entry, deeper)}" for key, entry in value.items()]

@@ -254,7 +254,7 @@ def test_a_poor_answer_of_a_confident_solver_is_exit_1(answered, monkeypatch):
     monkeypatch.setattr(convexperc.solvers.newton.method.Newton, "solve", guess)
     result = expect(1, run("solve", answered[0], "--no-escalate"))
     assert "status   NOT CERTIFIED" in result.stdout, result.stdout
-    assert "its own word, not relied on: optimal, honestly" in result.stdout, result.stdout
+    assert "solver status (not used): optimal, honestly" in result.stdout, result.stdout
     assert "ball arithmetic" in expect(0, run("solve", answered[0])).stdout
 
 

@@ -173,7 +173,7 @@ def test_a_folder_of_other_things_is_left_alone(opengl, tmp_path):
 
 
 def test_a_level_that_cannot_be_reached_is_an_error(opengl, monkeypatch, tmp_path):
-    monkeypatch.setattr(drawing, "DRAWS", 3)
+    monkeypatch.setattr(drawing, "MAX_DRAWS", 3)
     monkeypatch.setattr(SceneRenderer, "visible_share", lambda *_: 0.85)
     with pytest.raises(InputError, match="level 'none' must be attainable; got 'none in 3 draws'"):
         write_data_set(tmp_path / "new", REQUEST)

@@ -1,4 +1,4 @@
-"""What decides: the optimum, or the explained share; both from proved bounds."""
+"""What decides: the optimum, or the explained fraction; both from proved bounds."""
 
 import numpy as np
 import pytest
@@ -106,6 +106,10 @@ def test_bounds_are_rounded_outwards():
     assert low[0] < 1 / 3 < high[0]
     low, high = costs(Decision.EXPLAINED_FRACTION, (np.array([0.0]), np.array([np.inf])), third)
     assert (low[0], high[0]) == (0.0, 1.0)
+
+
+def test_the_former_name_of_a_decision_is_understood():
+    assert Decision.of("explained share") is Decision.EXPLAINED_FRACTION
 
 
 def test_another_decision_is_refused():

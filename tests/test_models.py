@@ -9,7 +9,7 @@ import pytest
 
 from convexperc.errors import InputError
 from convexperc.simulation.extents import surface_points
-from convexperc.simulation.lab import ROOM
+from convexperc.simulation.lab import ROOM_SIDE
 from convexperc.simulation.materials import MATERIALS, TEXTURED, Material, Pattern
 from convexperc.simulation.objects import CASE_STUDY, OBJECTS, PHYSICAL, Model, model
 from convexperc.simulation.obstacles import OBSTACLES
@@ -254,7 +254,7 @@ def test_the_lab_leaves_the_floor_free_for_the_robots():
     assert extent((floor,), 0.0, 0.0, 1.0) == 0.0
     points = np.concatenate([surface_points(part) for part in furniture])
     assert np.abs(points[:, :2]).max(axis=1).min() > 1.75
-    assert np.abs(points[:, :2]).max() <= ROOM / 2 + 0.2
+    assert np.abs(points[:, :2]).max() <= ROOM_SIDE / 2 + 0.2
     assert points[:, 2].min() > -1e-6
 
 

@@ -1,4 +1,4 @@
-"""What must hold of every problem: honest proofs, invariances, and what each reading descends."""
+"""What must hold of every problem: honest proofs, invariances, and what each variant descends."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,7 @@ from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
-from convexperc.solvers.paper import ABSOLUTE, CORRECTED, PRINTED, Stop
-from convexperc.solvers.paper.loop import READINGS, Reading, run
+from convexperc.solvers.paper import ABSOLUTE, CORRECTED, PRINTED, VARIANTS, Stop, UpdateVariant, run
 from verification.checks.descent import distance_to_optimum
 from verification.families import EXTREME, FAMILIES, seeded
 from verification.referee import optimum, violations
@@ -20,7 +19,7 @@ from verification.strategies import degenerate_problems, problems, random_proble
 REFERENCE = Conic()
 ORDINARY = st.sampled_from([name for name in FAMILIES if name not in EXTREME]).flatmap(problems)
 SIZES = st.sampled_from([1.0, 0.0, -1.0, 1e-3, 3.0, 1e8, 1e-8, 1e150, 1e-150, 5e-324, 1e300])
-DESCENDING = [reading for reading in READINGS if reading.own]
+DESCENDING = [variant for variant in VARIANTS if variant.own]
 
 
 def points(problem: Problem, t: float) -> list[tuple[str, np.ndarray, np.ndarray]]:
@@ -155,25 +154,27 @@ def test_the_corrected_algorithm_reaches_the_reference_unless_it_locks(problem: 
         assert reached, (problem, problem.X, problem.o, trace.F[-1], solution.certificate)
 
 
-@pytest.mark.parametrize("reading", DESCENDING, ids=lambda reading: reading.name)
+@pytest.mark.parametrize("variant", DESCENDING, ids=lambda variant: variant.name)
 @settings(max_examples=25)
 @given(problem=ORDINARY)
-def test_gauss_seidel_steps_never_raise_what_a_reading_descends(reading: Reading, problem: Problem) -> None:
-    trace = run(problem, variant=reading, max_iterations=100)
+def test_gauss_seidel_steps_never_raise_what_a_variant_descends(
+    variant: UpdateVariant, problem: Problem
+) -> None:
+    trace = run(problem, variant=variant, max_iterations=100)
     rises = trace.own_rises()
     assert rises.size == 0, (
-        reading.name,
+        variant.name,
         problem,
         problem.X,
         problem.o,
         trace.own[rises[0] - 1 : rises[0] + 1],
     )
-    assert len(trace.own) == len(trace.F), (reading.name, len(trace.own), len(trace.F))
+    assert len(trace.own) == len(trace.F), (variant.name, len(trace.own), len(trace.F))
 
 
 @settings(max_examples=25)
 @given(problem=degenerate_problems())
-def test_the_corrected_reading_descends_f_itself(problem: Problem) -> None:
+def test_the_corrected_variant_descends_f_itself(problem: Problem) -> None:
     with np.errstate(over="ignore", invalid="ignore"):
         trace = run(problem, variant=CORRECTED, max_iterations=100)
     assume(np.isfinite(trace.F).all())  # the paper's loop works on the data as given: float64 may overflow
@@ -181,14 +182,14 @@ def test_the_corrected_reading_descends_f_itself(problem: Problem) -> None:
     assert trace.rises().size == 0, (problem, problem.X, problem.o, trace.F)
 
 
-def test_the_printed_reading_raises_f() -> None:
+def test_the_printed_variant_raises_f() -> None:
     problem = Problem([[1.0]], [-1.0], lambda1=1, lambda2=4, lambda3=0)
     trace = run(problem, variant=PRINTED)
     assert trace.rises().size > 0, trace.F
     assert (trace.F[0], trace.F.max()) == pytest.approx((4.0, 9.0)), trace.F
 
 
-def test_the_absolute_reading_raises_f_though_not_its_own_objective() -> None:
+def test_the_absolute_variant_raises_f_though_not_its_own_objective() -> None:
     problem = Problem(
         [[1.0, -3.0], [-1.0, 2.0]], [1.0, -4.0], modalities=[1, 1], lambda1=2, lambda2=2, lambda3=2
     )

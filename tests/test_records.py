@@ -222,7 +222,7 @@ def test_a_recognition_record_says_what_the_recognition_says():
     assert [entry["name"] for entry in record["ranked_views"]] == [r.name for r in recognition.ranked_views()]
     assert [template["name"] for template in record["templates"]] == ["p", "q"]
     assert FeatureConfiguration.from_dict(record["features"]) == FeatureConfiguration()
-    assert record["schema"] == "convexperc/recognition/3"
+    assert record["schema"] == "convexperc/recognition/4"
 
 
 def test_what_is_infinite_is_a_word_that_c_reads(tmp_path):

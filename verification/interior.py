@@ -42,15 +42,15 @@ class Quadratic:
 
 
 @dataclass(frozen=True)
-class Pace:
-    """How boldly the path is followed.
+class StepRule:
+    """How far and in which direction a step along the central path goes.
 
     Attributes
     ----------
     share : Decimal
-        Share of the way to the boundary that one step may go.
+        Largest fraction of the distance to the boundary that one step may go.
     least : Decimal
-        The smallest factor by which a step may aim to reduce mu.
+        Smallest factor to which a step may aim to reduce mu.
     residual : Decimal
         While the relative residual is above this, mu is kept.
     """
@@ -60,9 +60,10 @@ class Pace:
     residual: Decimal
 
 
-BOLD = Pace(Decimal("0.999"), Decimal(0), Decimal("Infinity"))
-CAUTIOUS = Pace(Decimal("0.8"), Decimal("0.15"), Decimal("1e-6"))
-"""Feasible first, then near the centre: some problems need it, where the bold pace jams at a boundary."""
+AGGRESSIVE = StepRule(Decimal("0.999"), Decimal(0), Decimal("Infinity"))
+"""Almost to the boundary, with any reduction of mu: the fewest steps."""
+CONSERVATIVE = StepRule(Decimal("0.8"), Decimal("0.15"), Decimal("1e-6"))
+"""Feasible first, then near the centre: for problems on which the aggressive rule stalls at a boundary."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +75,7 @@ class Central:
     rho: Rationals
 
 
-def follow(quadratic: Quadratic, digits: int, pace: Pace = BOLD) -> Central:
+def follow(quadratic: Quadratic, digits: int, rule: StepRule = AGGRESSIVE) -> Central:
     """Follow the central path in `digits` digits until mu is 10^-(digits/2) ||o||^2, or no step helps."""
     with localcontext(Context(prec=digits)):
         path = _Path.of(quadratic)
@@ -82,7 +83,7 @@ def follow(quadratic: Quadratic, digits: int, pace: Pace = BOLD) -> Central:
         for _ in range(MOST_STEPS):
             if path.mu() <= goal and path.infeasibility() <= Decimal(10) ** -(digits // 2):
                 break
-            if not path.interior() or path.step(pace) < STALLED:
+            if not path.interior() or path.step(rule) < STALLED:
                 break
         return Central(*(_fractions(x) for x in (path.w, path.b, path.rho)))
 
@@ -157,17 +158,17 @@ class _Path:
             worst += [abs(r) / s for r, s in zip(second, terms, strict=True) if s]
         return max(worst, default=Decimal(0))
 
-    def step(self, pace: Pace) -> Decimal:
+    def step(self, rule: StepRule) -> Decimal:
         """One predictor for the centring, one Newton step; returns its length."""
         fixed, centring = self._directions()
         mu = self.mu()
         length = self._length(fixed, Decimal(1))
         total, count = self._complementarity(*self._moved(fixed, length))
         ratio = max(Decimal(0), total / count / mu) if mu else Decimal(0)
-        waiting = pace.residual.is_finite() and self.infeasibility() > pace.residual
-        toward = mu * (Decimal(1) if waiting else max(pace.least, ratio**3))
+        waiting = rule.residual.is_finite() and self.infeasibility() > rule.residual
+        toward = mu * (Decimal(1) if waiting else max(rule.least, ratio**3))
         direction = tuple(f + toward * c for f, c in zip(fixed, centring, strict=True))
-        length = self._length(direction, pace.share)
+        length = self._length(direction, rule.share)
         self.y, self.v, self.rho, self.b = self._moved(direction, length)
         self.w = self.w + length * direction[0] if not self.lambdas[1] else self.y[1] - self.y[0]
         return length

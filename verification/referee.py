@@ -7,11 +7,15 @@ import numpy as np
 
 from convexperc.certificate.certificate import Certificate
 from convexperc.problem.problem import Problem
-from verification.interior import BOLD, CAUTIOUS, Central, Quadratic, follow
+from verification.interior import AGGRESSIVE, CONSERVATIVE, Central, Quadratic, follow
 from verification.oracles import Enclosure, Rationals, Reduced, dot, objective, square_root, times
 
-ATTEMPTS = ((80, BOLD), (80, CAUTIOUS), (250, BOLD), (250, CAUTIOUS), (900, BOLD))
-"""Digits and pace to try in turn: the longest arithmetic is for entries that span all of float64."""
+ATTEMPTS = (
+    *((80, AGGRESSIVE), (80, CONSERVATIVE)),
+    *((250, AGGRESSIVE), (250, CONSERVATIVE)),
+    (900, AGGRESSIVE),
+)
+"""Digits and step rule to try in turn: the longest arithmetic is for entries that span all of float64."""
 
 TIGHT = Fraction(1, 10**25)
 """Relative width of F* that ends the search: far below anything that float64 certificates resolve."""
@@ -81,10 +85,10 @@ def optimum(problem: Problem) -> Optimum:
 
 def _tightest(reduced: Reduced, problem: Problem, quadratic: Quadratic, P: Rationals | None) -> Optimum:
     best = _bounds(reduced, problem, _central(np.array([Fraction(0)] * problem.n)), P)
-    for digits, pace in ATTEMPTS:
+    for digits, rule in ATTEMPTS:
         if best.tight:
             break
-        found = _bounds(reduced, problem, follow(quadratic, digits, pace), P)
+        found = _bounds(reduced, problem, follow(quadratic, digits, rule), P)
         best = min(best, found, key=lambda each: each.value.width)
     return best
 

@@ -1,4 +1,4 @@
-"""How a command of the command line ends: its exit code, and one line for what went wrong."""
+"""Exit codes of the commands, and the message of an error."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -9,11 +9,12 @@ import typer
 from convexperc.errors import ConvexpercError, InputError, MissingExtraError
 
 CERTIFIED, NOT_CERTIFIED, MISUSE, INTERRUPTED = 0, 1, 2, 130
+"""Exit codes: 2 as the shell and Typer use it, 130 = 128 + SIGINT."""
 Arguments = ParamSpec("Arguments")
 
 
 def exits(command: Callable[Arguments, bool]) -> Callable[Arguments, None]:
-    """Turn a command that returns whether all is well into one that exits with the code for it."""
+    """Turn a command that returns whether its result is certified into one that exits with that code."""
 
     @wraps(command)
     def run(*args: Arguments.args, **options: Arguments.kwargs) -> None:

@@ -1,7 +1,7 @@
 """The command line: options in, tables out, no mathematics.
 
-NumPy, OpenCV, scikit-image, Matplotlib and CVXPY take seconds to load; the packages' lazy faces put them off
-until a command needs them, so that ``--help`` answers at once.
+NumPy, OpenCV, scikit-image, Matplotlib and CVXPY take seconds to load. The packages import them lazily, when
+a command needs them, so that ``--help`` answers at once.
 """
 
 from enum import StrEnum
@@ -20,10 +20,11 @@ from convexperc.files import check_place, write_atomic, write_json
 from convexperc.report import tables
 
 FIRST_RUN = "working; the first run of an installation compiles, half a minute"
+# Shown below the help of every command.
 EPILOG = (
-    "Exit codes: 0 proved; 1 not proved (solve, certify: the answer is not certified; recognize: that of the"
-    " label is not, or no label is proved because objects are undecided or tied); 2 the input cannot be"
-    " used; 70 a fault of this program; 130 interrupted."
+    "Exit codes: 0 proved; 1 not proved (solve, certify: the answer is not certified; recognize: the answer"
+    " for the label is not certified, or no label is proved because objects are undecided or tied); 2 the"
+    " input cannot be used; 70 an internal error; 130 interrupted."
 )
 app = typer.Typer(
     name="convexperc",
@@ -36,7 +37,7 @@ app.add_typer(simulate_command.app)
 
 
 class SolverName(StrEnum):
-    """Which solver answers; the certificate judges either."""
+    """The solver; the certificate does not depend on it."""
 
     CONIC = "conic"
     NEWTON = "newton"
@@ -47,7 +48,9 @@ class DecisionName(StrEnum):
     """What decides the label; see `convexperc.recognition.decision`."""
 
     OBJECTIVE = "objective"
-    EXPLAINED_FRACTION = "explained-share"
+    EXPLAINED_FRACTION = "explained-fraction"
+    EXPLAINED_SHARE = "explained-share"
+    """The former name of the explained fraction."""
 
 
 Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the full record as JSON.")]
@@ -85,14 +88,14 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         bool, typer.Option("--sample", help="Use the pictures that come with the package.")
     ] = False,
     scene: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Scene of the sample; its first one without.")
+        str | None, typer.Option(metavar="NAME", help="Scene of the sample; by default its first one.")
     ] = None,
     lambda1: Annotated[float, typer.Option(help="Weight of the coupling of views and features.")] = 0.1,
     lambda2: Annotated[float, typer.Option(help="Weight of the selection of views.")] = 1.0,
     lambda3: Annotated[float, typer.Option(help="Weight of the selection of modalities.")] = 0.1,
     decide: Annotated[
         DecisionName,
-        typer.Option(help="What decides: the lowest optimum, or the largest share of ||o||^2 explained."),
+        typer.Option(help="What decides: the lowest optimum, or the largest fraction of ||o||^2 explained."),
     ] = DecisionName.OBJECTIVE,
     json: Json = None,
     figure: Annotated[
@@ -107,12 +110,12 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
 ) -> bool:
     """Recognise the object that all views show.
 
-    Exit code 0 means: the label's answer is certified,
+    Exit code 0 means that the answer for the label is certified
     and its optimum is proved to lie below every other one.
-    Whether the features tell the objects apart is not proved.
+    Whether the features distinguish the objects is not proved.
     """
     if sample == (references is not None or views is not None) or (scene is not None and not sample):
-        raise typer.BadParameter("give --references and --views, or --sample (and --scene, if you like)")
+        raise typer.BadParameter("give --references and --views, or --sample (and optionally --scene)")
     if (references is None) != (views is None):
         raise typer.BadParameter("--references and --views go together")
     with working(FIRST_RUN):
@@ -141,7 +144,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
 
 
 def _solver(name: SolverName) -> "solvers.Solver":
-    """The solver of that name, imported only now."""
+    """Return the solver of that name, imported on demand."""
     if name is SolverName.NEWTON:
         return solvers.Newton()
     return solvers.Quadratic() if name is SolverName.QP else solvers.Conic()
@@ -156,11 +159,15 @@ def solve(
         typer.Option(help="newton, conic: any problem. qp: lambda3 = 0 or one-column modalities."),
     ] = SolverName.NEWTON,
     escalate: Annotated[
-        bool, typer.Option(help="Use ball arithmetic where the solver's answer is not certified.")
+        bool, typer.Option(help="Use ball arithmetic if the solver's answer is not certified.")
     ] = True,
     json: Json = None,
     proof: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a proof that anybody can check (JSON).")
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write a proof of the bounds of F* (JSON), which can be checked without this program.",
+        ),
     ] = None,
 ) -> bool:
     """Solve a problem file and certify the answer."""
@@ -181,8 +188,8 @@ def solve(
     found = answer.certificate
     out.print(tables.problem_line(asked.problem, asked.id))
     tables.show_blocks(out, asked.problem, answer.w, answer.u, found)
-    claim = "solver", tables.solver_claim(answer)
-    tables.show_facts(out, "Certificate", [*tables.certificate_facts(found), claim])
+    status = "solver", tables.solver_status(answer)
+    tables.show_facts(out, "Certificate", [*tables.certificate_facts(found), status])
     return found.certified
 
 
@@ -193,7 +200,7 @@ def certify(
     answer: Annotated[Path, typer.Argument(metavar="ANSWER", help="Answer file (JSON) with w and u.")],
     json: Json = None,
 ) -> bool:
-    """Judge an answer from anywhere; what it claims of itself is not looked at."""
+    """Certify an answer from any source; only its w and u are used."""
     with working(FIRST_RUN):
         if json is not None:
             check_place(json)
@@ -207,7 +214,7 @@ def certify(
     out.print(tables.problem_line(asked.problem, asked.id))
     tables.show_blocks(out, asked.problem, point.w, point.u, found, residual)
     tables.show_terms(out, found)
-    worst = f"largest residual {residual.worst:.3g}; no proof: it jumps where a weight is tiny but not 0"
+    worst = f"largest residual {residual.worst:.3g}; not a proof: it is discontinuous where a weight is 0"
     tables.show_facts(out, "Certificate", [*tables.certificate_facts(found), ("KKT", worst)])
     return found.certified
 
@@ -215,7 +222,7 @@ def certify(
 def _pictures(
     references: Path | None, views: Path | None, scene: str | None
 ) -> "tuple[str, recognition.NamedPictures, recognition.NamedPictures]":
-    """What to print first, the pictures of the known objects, and the views."""
+    """Return the heading, the pictures of the known objects, and the views."""
     if references is not None and views is not None:
         known, seen = recognition.read_pictures(references), recognition.read_pictures(views)
         return f"{len(seen)} views in {views}, {len(known)} objects in {references}", known, seen

@@ -1,4 +1,4 @@
-"""A bar for long work, on stderr and on a terminal only."""
+"""Progress displays on stderr, if that is a terminal."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -9,14 +9,14 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 
 @contextmanager
 def progress(first: str, done: str) -> Iterator[tuple[Callable[[int], None], Callable[[str], None]]]:
-    """Show a bar; give a function for the number of steps and one for each step.
+    """Show a progress bar; yield a function to set the number of steps, and one to call after each step.
 
     Parameters
     ----------
     first : str
-        What is shown before the first step is finished.
+        Text before the first step is finished.
     done : str
-        Stands before the name of each finished step.
+        Prefix of the name of each finished step.
     """
     console = Console(stderr=True)
     columns = TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn()
@@ -34,7 +34,7 @@ def progress(first: str, done: str) -> Iterator[tuple[Callable[[int], None], Cal
 
 @contextmanager
 def working(what: str) -> Iterator[None]:
-    """Show what is being done and the time that it takes; nobody knows how much is left."""
+    """Show a text and the elapsed time, for work of unknown length."""
     console = Console(stderr=True)
     columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as line:

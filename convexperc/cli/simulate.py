@@ -33,11 +33,11 @@ class Example(StrEnum):
 Folder = Annotated[
     Path,
     typer.Argument(
-        metavar="DIR", help="Where it goes: a new folder, or that of a run that was stopped and goes on."
+        metavar="DIR", help="Output folder: a new one, or that of an interrupted run, which is continued."
     ),
 ]
 Seed = Annotated[int, typer.Option(help="Seed of the layouts.")]
-Workers = Annotated[int, typer.Option(help="Number of processes; any number draws the same.")]
+Workers = Annotated[int, typer.Option(help="Number of processes; the pictures do not depend on it.")]
 Width = Annotated[int, typer.Option(help="Width of a view in pixels.")]
 Height = Annotated[int, typer.Option(help="Height of a view in pixels.")]
 Objects = Annotated[
@@ -47,7 +47,7 @@ Meshes = Annotated[
     Path | None,
     typer.Option(
         metavar="DIR",
-        help="Folder with a folder of OBJ files for each object; it replaces or adds to the package's.",
+        help="Folder with a folder of OBJ files for each object, besides or in place of the package's.",
     ),
 ]
 
@@ -143,7 +143,7 @@ def _write_set(
 
 
 def _report(folder: Path, written: "simulation.Written", seconds: float) -> None:
-    """Say what was drawn, how fast, and what can be done with it."""
+    """Print what was drawn, how fast, and a command to try it with."""
     manifest = written.manifest
     count = f"{written.pictures} views and references with masks of {len(manifest['scenes'])} scenes"
     typer.echo(f"{count} in {os.fspath(folder)}")

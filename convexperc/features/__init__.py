@@ -1,4 +1,4 @@
-"""Pictures in, feature vectors out: colour, shape and texture, one row of numbers for each view."""
+"""Feature vectors of pictures: colour, shape and texture, one row for each view."""
 
 import lazy_loader
 

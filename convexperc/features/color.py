@@ -1,4 +1,4 @@
-"""Colour: one histogram each of R, G and B, or one of the three together."""
+"""Colour: histograms of R, G and B, separate or joint."""
 
 import cv2
 import numpy as np
@@ -12,8 +12,8 @@ def color_histogram(image: Picture, configuration: FeatureConfiguration) -> Floa
     """Count the pixels of each intensity.
 
     With B bins, a pixel has ``b_c = floor(v_c B / 256)``. By channel ``h[c B + b] = #{pixels with b_c = b}``,
-    first R, then G, then B; jointly ``h[(b_R B + b_G) B + b_B]`` counts the pixels of that colour. Each
-    histogram sums to the number of pixels, wherever those pixels lie.
+    first R, then G, then B. In a joint histogram, ``h[(b_R B + b_G) B + b_B]`` counts the pixels of that
+    colour. Each histogram sums to the number of pixels and does not depend on their positions.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def color_histogram(image: Picture, configuration: FeatureConfiguration) -> Floa
 
     Notes
     -----
-    OpenCV counts in integers and gives single precision: exact, because no working size has more than 2^24
+    OpenCV returns the counts in single precision, which is exact because no working size has more than 2^24
     pixels.
 
     Paper: Section IV

@@ -1,4 +1,4 @@
-"""Every number that the features depend on, in one frozen record."""
+"""All parameters of the features, in one frozen record."""
 
 import math
 import operator
@@ -15,12 +15,21 @@ UNIT_SUM = "sum one by modality"
 UNIT_VIEW = "unit length"
 NORMALISATIONS = (UNIT_LENGTH, UNIT_SUM, UNIT_VIEW, "none")
 BY_CHANNEL, JOINT = "by channel", "joint"
-MOST_JOINT = 32
-"""Bins a channel of a joint histogram; its columns are their cube."""
+MAX_JOINT_BINS = 32
+"""Largest number of bins for each channel of a joint histogram, whose columns are its cube, 32,768."""
 HOG_BLOCK_NORMS = ("L1", "L1-sqrt", "L2", "L2-Hys")
+"""Those of scikit-image's ``hog``."""
 LBP_METHODS = ("default", "ror", "uniform", "nri_uniform")
+"""Those of scikit-image's ``local_binary_pattern`` that give codes."""
 
-_WHOLE = (("color_bins", 2, 256), ("hog_orientations", 1, 180), ("lbp_points", 4, 24), ("lbp_bins", 1, 2**16))
+# Names of the integers, each with its least and greatest value.
+_INTEGERS = (
+    ("color_bins", 2, 256),
+    ("hog_orientations", 1, 180),
+    ("lbp_points", 4, 24),
+    ("lbp_bins", 1, 2**16),
+)
+# Likewise for pairs.
 _PAIRS = (("working_size", 8, 4096), ("hog_pixels_per_cell", 1, 4096), ("hog_cells_per_block", 1, 4096))
 _CHOICES = (
     ("color_histogram", (BY_CHANNEL, JOINT)),
@@ -32,43 +41,43 @@ _CHOICES = (
 
 @dataclass(frozen=True)
 class FeatureConfiguration:
-    """What the three modalities are made of; the defaults give 24 + 1764 + 26 = 1814 columns.
+    """The parameters of the three modalities; the defaults give 24 + 1764 + 26 = 1814 columns.
 
     Attributes
     ----------
     working_size : tuple of int
-        (height, width) in pixels that each picture is brought to; sides 8..4096. The ratio of the
-        sides is not kept.
+        (height, width) in pixels to which each picture is resized; sides 8..4096. The aspect ratio is
+        not preserved.
     color_histogram : {"by channel", "joint"}
         One histogram each of R, G and B, or one of all three together.
     color_bins : int
-        B, bins of equal width for each of R, G, B: a divisor of 256 that is at least 2, and at most 32 where
-        a joint histogram has B^3 columns. Few on purpose: the shades of one object must share bins across
-        views, or the histograms of flat colours hardly overlap.
+        B, bins of equal width for each of R, G, B: a divisor of 256 that is at least 2, and at most 32 for a
+        joint histogram, which has B^3 columns. Wide bins are intended: the shades of one object should fall
+        into the same bins in all views, otherwise the histograms of flat colours hardly overlap.
     hog_orientations : int
         Bins of the gradient's direction over 180 degrees, 1..180.
     hog_pixels_per_cell, hog_cells_per_block : tuple of int
         (rows, columns) of a cell in pixels, and of a block in cells; blocks step by one cell.
     hog_block_norm : {"L1", "L1-sqrt", "L2", "L2-Hys"}
-        How each block is normalised.
+        Normalisation of each block.
     hog_transform_sqrt : bool
-        Take the square root of the gray values first.
+        Whether to take the square root of the gray values first.
     lbp_points : int
-        P, the neighbours on the circle: 4..24, at most 16 for "default" and "ror".
+        P, the number of neighbours on the circle: 4..24, at most 16 for "default" and "ror".
     lbp_radius : float
         R in pixels, at least 1; the circle must fit into the working size.
     lbp_method : {"default", "ror", "uniform", "nri_uniform"}
-        How a pattern becomes a code.
+        How a pattern is mapped to a code.
     lbp_bins : int
         The number of codes: P + 2 for "uniform", P (P - 1) + 3 for "nri_uniform", else 2^P.
     normalisation : {"unit length by modality", "sum one by modality", "unit length", "none"}
         Divide each modality of a view by its Euclidean length, or by the sum of its entries; divide the whole
-        view by its Euclidean length; or leave counts and HOG values alone.
+        view by its Euclidean length; or leave counts and HOG values unchanged.
 
     Raises
     ------
     FeatureError
-        A value is of the wrong type, out of its range, or does not fit to another one.
+        A value has the wrong type, is out of range, or contradicts another one.
 
     Notes
     -----
@@ -98,8 +107,8 @@ class FeatureConfiguration:
     def _check_together(self) -> None:
         if 256 % self.color_bins:
             raise FeatureError("color_bins", value=self.color_bins, must="must divide 256")
-        if self.color_histogram == JOINT and self.color_bins > MOST_JOINT:
-            must = f"must be at most {MOST_JOINT} for a joint histogram"
+        if self.color_histogram == JOINT and self.color_bins > MAX_JOINT_BINS:
+            must = f"must be at most {MAX_JOINT_BINS} for a joint histogram"
             raise FeatureError("color_bins", value=self.color_bins, must=must)
         if min(self._hog_blocks) < 1:
             must = f"must let a block of cells fit into working_size {self.working_size}"
@@ -118,36 +127,36 @@ class FeatureConfiguration:
 
     @property
     def _hog_blocks(self) -> tuple[int, int]:
-        """Blocks down and across; a rest of pixels that fills no cell is left out."""
+        """Numbers of blocks down and across; remaining pixels that do not fill a cell are ignored."""
         sides = zip(self.working_size, self.hog_pixels_per_cell, self.hog_cells_per_block, strict=True)
         down, across = (pixels // cell - block + 1 for pixels, cell, block in sides)
         return down, across
 
     @property
     def lbp_margin(self) -> int:
-        """Width in pixels of the rim that has no full circle of neighbours: R rounded up."""
+        """Width in pixels of the border whose pixels lack some neighbours: R rounded up."""
         return math.ceil(self.lbp_radius)
 
     @property
     def modality_sizes(self) -> dict[str, int]:
-        """Columns of each modality, in their order: "color", "hog", "lbp"."""
+        """Number of columns of each modality, in the order "color", "hog", "lbp"."""
         color = self.color_bins**3 if self.color_histogram == JOINT else 3 * self.color_bins
         hog = math.prod(self._hog_blocks) * math.prod(self.hog_cells_per_block) * self.hog_orientations
         return {"color": color, "hog": hog, "lbp": self.lbp_bins}
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON values by name; `from_dict` gives back an equal configuration."""
+        """Return plain JSON values by name; `from_dict` restores an equal configuration."""
         record = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: list(value) if isinstance(value, tuple) else value for name, value in record.items()}
 
     @classmethod
     def from_dict(cls, record: object) -> "FeatureConfiguration":
-        """Read what `to_dict` wrote; every key must be there, so that no default can change its meaning.
+        """Return the configuration that `to_dict` wrote; every key is required.
 
         Raises
         ------
         FeatureError
-            A key is unknown or missing, or a value cannot be used.
+            A key is unknown or missing, or a value is invalid.
         """
         names = {field.name for field in fields(cls)}
         if not isinstance(record, Mapping) or set(record) != names:
@@ -159,9 +168,9 @@ class FeatureConfiguration:
 
 
 def _checked(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Each value by itself: its type and range; lists become tuples, NumPy's integers plain ones."""
+    """Validate the type and range of each value; lists become tuples, and NumPy integers become int."""
     checked = dict(record)
-    for name, low, high in _WHOLE:
+    for name, low, high in _INTEGERS:
         checked[name] = _whole(record[name], name, low, high)
     for name, low, high in _PAIRS:
         checked[name] = _pair(record[name], name, low, high)
@@ -204,12 +213,12 @@ def _radius(value: Any) -> float:
 
 
 def read_configuration(path: str | os.PathLike[str]) -> FeatureConfiguration:
-    """Read a feature configuration: what `FeatureConfiguration.to_dict` gives, as JSON.
+    """Read a feature configuration from a JSON file in the format of `FeatureConfiguration.to_dict`.
 
     Raises
     ------
     FileFormatError
-        Not readable, not JSON, or values that `FeatureConfiguration.from_dict` refuses.
+        The file is not readable or not JSON, or `FeatureConfiguration.from_dict` refuses its values.
     """
     file, record = read_json(path)
     try:

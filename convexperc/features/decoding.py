@@ -1,7 +1,7 @@
-"""The pixels of a picture file as they are stored: decoded right, or refused.
+"""Decoding of picture files: the stored pixels exactly, or an error.
 
-Pillow reads; what it accepts though it is damaged is refused here, and the forms that it reads wrongly are
-left to OpenCV.
+Pillow decodes. Damaged files that it accepts are refused here, and OpenCV decodes the formats that Pillow
+decodes incorrectly.
 """
 
 import io
@@ -24,22 +24,22 @@ from PIL.WebPImagePlugin import WebPImageFile
 from convexperc.errors import ImageError
 
 MIN_SIDE = 8
-"""Pixels a side."""
+"""Least side in pixels, as of a working size."""
 MAX_PIXELS = 2**26
-"""Pixels in all: 192 MiB as RGB."""
+"""Largest number of pixels: 192 MiB as RGB."""
 MAX_BYTES = 8 * MAX_PIXELS
-"""Bytes of a file: as many pixels, 16-bit RGBA without compression."""
+"""Largest file in bytes: that many pixels as uncompressed 16-bit RGBA."""
 _SIZES = f"must have sides of at least {MIN_SIDE} pixels and at most {MAX_PIXELS} pixels in all"
 
 
 class _Jpeg(JpegImageFile):
-    """Pillow's reader without its search for a resolution, which warns of damaged EXIF at the wrong time."""
+    """Pillow's JPEG reader without its search for a resolution, which would warn of damaged EXIF."""
 
     def _read_dpi_from_exif(self) -> None:
-        """Look for nothing."""
+        """Skip the search."""
 
 
-# Pillow's readers themselves, because `Image.open` judges the size first, by a limit that others may set.
+# Pillow's readers themselves: `Image.open` first checks the size against a limit that other code may set.
 _READERS: tuple[tuple[bytes, type[ImageFile.ImageFile]], ...] = (
     (b"\x89PNG\r\n\x1a\n", PngImageFile),
     (b"\xff\xd8\xff", _Jpeg),
@@ -49,34 +49,37 @@ _READERS: tuple[tuple[bytes, type[ImageFile.ImageFile]], ...] = (
     (b"RIFF", WebPImageFile),
 )
 
-# A marker of a JPEG's segments, and those without a length: none, start and end of a picture.
+# Markers of JPEG segments by ITU-T T.81, table B.1: any of them, those without a length, and the end.
 _JPEG_MARKER = re.compile(rb"\xff([^\x00\xff\xd0-\xd7])")
-_JPEG_BARE, _JPEG_END = (0x01, 0xD8), 0xD9
+_JPEG_BARE, _JPEG_END = (0x01, 0xD8), 0xD9  # TEM and SOI; EOI
 
-# Where a PNG has its first chunk, its bits a sample and its kind of color; and a BMP the masks of its colors.
+# Byte offsets of a PNG's first chunk, bit depth and colour type, and of a BMP's colour masks.
 _PNG_CHUNKS, _PNG_DEPTH, _PNG_COLOR, _BMP_MASKS = 8, 24, 25, slice(54, 66)
 
-# Samples a pixel of a PNG by its kind of color; left, top and steps of the passes of an interlaced one.
+# Samples for each pixel of a PNG, by its colour type.
 _PNG_SAMPLES = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
+# Left, top, horizontal and vertical step in pixels of the passes of an interlaced PNG (Adam7).
 _PNG_PASSES = (
     *((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4)),
     *((0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2)),
 )
-_BYTE, _DEEP = 255, 16
+_BYTE_MAX, _DEEP_BITS = 255, 16  # largest value of 8 bits; bits of a deep sample
 
-# What TIFF tags hold, by the specification "TIFF 6.0"; Deflate has two numbers, the later one is Adobe's.
+# Values of TIFF tags by the specification "TIFF 6.0": photometric interpretation.
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _YCBCR, _LAB = 0, 1, 2, 3, 6, 8
+# The samples of each photometric interpretation.
 _TIFF_COLORS = {_WHITE_IS_ZERO: 1, _BLACK_IS_ZERO: 1, _RGB: 3, _PALETTE: 1, _YCBCR: 3, _LAB: 3}
-_RAW, _DEFLATE, _TOGETHER, _APART, _UNASSOCIATED, _UNSIGNED = 1, (32946, 8), 1, 2, 2, 1
+# Compression (Deflate has two numbers, the later one by Adobe), planar configuration, extra samples, format.
+_RAW, _DEFLATE, _CHUNKY, _PLANAR, _UNASSOCIATED, _UNSIGNED = 1, (32946, 8), 1, 2, 2, 1
 
-_PACKED = 12  # the one depth between 8 and 16 bits that Pillow opens
+_PACKED_BITS = 12  # the only depth between 8 and 16 bits that Pillow opens
 
-# Bytes inflated at once: they become at most 64 MiB, because Deflate's ratio is at most 1032.
-_PIECE = 2**16
+# Compressed bytes inflated at once: they give at most 64.5 MiB, because Deflate's ratio is at most 1032.
+_PIECE_BYTES = 2**16
 
 
 def decode(data: bytes, name: str) -> NDArray[Any]:
-    """Decode a PNG, JPEG, BMP, TIFF or WebP file, its format told by its content.
+    """Decode a PNG, JPEG, BMP, TIFF or WebP file, whose format is recognised by its content.
 
     Parameters
     ----------
@@ -88,7 +91,7 @@ def decode(data: bytes, name: str) -> NDArray[Any]:
     Returns
     -------
     ndarray of uint8 or uint16, (h, w), (h, w, 3) or (h, w, 4)
-        Gray, RGB, or RGB and alpha, turned as the file states.
+        Gray, RGB, or RGB and alpha, in the orientation that the file states.
 
     Raises
     ------
@@ -100,7 +103,7 @@ def decode(data: bytes, name: str) -> NDArray[Any]:
         raise ImageError(
             name, value=data[:8], must="must be PNG, JPEG, BMP, TIFF or WebP", remedy="Convert it."
         )
-    if ImageFile.LOAD_TRUNCATED_IMAGES:  # another module's choice, by which Pillow fills what is missing
+    if ImageFile.LOAD_TRUNCATED_IMAGES:  # set by other code: Pillow then fills missing pixels
         raise ImageError("PIL.ImageFile.LOAD_TRUNCATED_IMAGES", value=True, must="must be False")
     try:
         pixels = _pixels(reader, data, name)
@@ -108,7 +111,7 @@ def decode(data: bytes, name: str) -> NDArray[Any]:
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as problem:
         raise ImageError(name, value=str(problem), must=_SIZES, remedy="Use another size.") from None
-    except Exception as problem:  # wrong bytes make Pillow raise a dozen types: SyntaxError, KeyError, ...
+    except Exception as problem:  # damaged files make Pillow raise many types: SyntaxError, KeyError, ...
         value = "a truncated file" if isinstance(problem, struct.error) else str(problem)
         must = "must be complete, undamaged, and gray, RGB or palette of unsigned integers up to 16 bits"
         remedy = "Copy it again, or save it in another form."
@@ -124,28 +127,30 @@ def _pixels(reader: type[ImageFile.ImageFile], data: bytes, name: str) -> NDArra
         check_size(image.height, image.width, name)
         by_opencv = False
         if isinstance(image, PngImageFile):
-            # Pillow would compare one transparent color with pixels that have lost their low byte.
-            by_opencv = image.mode == "RGB" and "transparency" in image.info and data[_PNG_DEPTH] == _DEEP
+            # Pillow would compare the transparent color with pixels reduced to 8 bits.
+            by_opencv = (
+                image.mode == "RGB" and "transparency" in image.info and data[_PNG_DEPTH] == _DEEP_BITS
+            )
             if not by_opencv:
                 _check_png(image, data, stream)
         elif isinstance(image, JpegImageFile):
             _check_jpeg(data)
         elif isinstance(image, BmpImageFile):
             _check_bmp(image, data)
-            # Pillow takes a palette of grays for gray pixels of 1 or 8 bits, whatever their bits are.
+            # Pillow treats a palette of grays as gray pixels of 1 or 8 bits, whatever their depth.
             by_opencv = image.mode in ("1", "L")
         elif isinstance(image, TiffImageFile):
-            image.info.pop("xmp", None)  # Pillow would turn by it, where the TIFF itself states nothing
+            image.info.pop("xmp", None)  # Pillow would take an orientation from it
             by_opencv = _check_tiff(image, data)
         pixels = _samples_by_opencv(data) if by_opencv else _samples(image, data)
         return _turned(pixels, 1 if isinstance(image, TiffImageFile) else _orientation(image))
 
 
 def _pixel_chunks(data: bytes) -> tuple[bytes, bytes]:
-    """The PNG of the chunks that matter for pixels, and its Deflate stream.
+    """Return the PNG reduced to the chunks that affect pixels, and its Deflate stream.
 
-    Every chunk's checksum is verified, because Pillow does not do so from the first pixel on; and it refuses
-    pictures for small faults in what does not matter here.
+    The checksum of every chunk is verified; Pillow verifies only those before the pixel data. The other
+    chunks are dropped because Pillow refuses pictures for small faults in them.
     """
     position, kind, kept, stream = _PNG_CHUNKS, b"", [data[:_PNG_CHUNKS]], []
     while kind != b"IEND":
@@ -162,7 +167,7 @@ def _pixel_chunks(data: bytes) -> tuple[bytes, bytes]:
 
 
 def _check_png(image: PngImageFile, data: bytes, stream: bytes) -> None:
-    """Refuse a stream that ends before the last row, which Pillow would leave at 0."""
+    """Refuse a stream that ends before the last row, for which Pillow would return zeros."""
     image.load()
     interlaced = bool(image.info.get("interlace"))
     last = image.height - 1 - image.height % 2 * interlaced
@@ -178,7 +183,7 @@ def _check_png(image: PngImageFile, data: bytes, stream: bytes) -> None:
 
 
 def _check_jpeg(data: bytes) -> None:
-    """Walk the segments to the end marker; an end marker inside one (a thumbnail's) does not count."""
+    """Require an end marker after the segments; one inside a segment (a thumbnail's) does not count."""
     position = 2
     while found := _JPEG_MARKER.search(data, position):
         marker, position = found[1][0], found.end()
@@ -190,7 +195,7 @@ def _check_jpeg(data: bytes) -> None:
 
 
 def _check_bmp(image: BmpImageFile, data: bytes) -> None:
-    """Refuse a cut in the last row's padding, and a fourth byte that nothing says to be alpha."""
+    """Refuse a file cut in the last row's padding, and a fourth byte that is not declared as alpha."""
     codec, _, offset, layout = image.tile[0]
     if codec == "raw" and isinstance(layout, tuple) and len(data) < offset + layout[1] * image.height:
         raise ValueError("a truncated BMP")
@@ -199,33 +204,33 @@ def _check_bmp(image: BmpImageFile, data: bytes) -> None:
 
 
 def _check_tiff(image: TiffImageFile, data: bytes) -> bool:
-    """Refuse what Pillow would read wrongly; True for what OpenCV reads rightly in its place."""
+    """Refuse what neither library decodes correctly; true if OpenCV must decode in place of Pillow."""
     tags, tag = image.tag_v2, TiffImagePlugin
     kind, extra = tags.get(tag.PHOTOMETRIC_INTERPRETATION, -1), tags.get(tag.EXTRASAMPLES, ())
-    colors, planar = _TIFF_COLORS.get(kind, 0), tags.get(tag.PLANAR_CONFIGURATION, _TOGETHER)
+    colors, planar = _TIFF_COLORS.get(kind, 0), tags.get(tag.PLANAR_CONFIGURATION, _CHUNKY)
     samples, bits = tags.get(tag.SAMPLESPERPIXEL, colors), max(tags.get(tag.BITSPERSAMPLE, (1,)))
     meant = colors and extra in ((), (_UNASSOCIATED,)) and samples == colors + len(extra)
-    if not meant or planar not in (_TOGETHER, _APART):
+    if not meant or planar not in (_CHUNKY, _PLANAR):
         said = f"photometric {kind}, extra samples {extra}, planar {planar}"
         raise ValueError(f"a TIFF of {samples} samples a pixel, {said}")
     if {*tags.get(tag.SAMPLEFORMAT, ()), _UNSIGNED} != {_UNSIGNED}:
         raise ValueError("a TIFF of signed or floating-point numbers")
     raw = tags.get(tag.COMPRESSION, _RAW) == _RAW
-    apart = raw and planar == _APART
+    apart = raw and planar == _PLANAR
     if bits > 8 and (kind == _WHITE_IS_ZERO or (apart and samples > 1)):
         raise ValueError(f"a TIFF of {bits} bits with 0 for white or with its colors apart")
     if tags.get(tag.COMPRESSION) in _DEFLATE:
         _check_deflate(data, tags.get(tag.STRIPOFFSETS) or tags[tag.TILEOFFSETS])
-    if kind == _LAB or bits == _PACKED or (raw and kind == _YCBCR) or (apart and samples == 1):
+    if kind == _LAB or bits == _PACKED_BITS or (raw and kind == _YCBCR) or (apart and samples == 1):
         return True
     if raw:
         _check_strips(image, samples if apart else 1, samples * bits)
-    # Pillow takes every palette for one of 16 bits.
-    return bool(kind == _PALETTE and max(tags[tag.COLORMAP]) <= _BYTE)
+    # Pillow assumes 16 bits for every palette.
+    return bool(kind == _PALETTE and max(tags[tag.COLORMAP]) <= _BYTE_MAX)
 
 
 def _check_strips(image: TiffImageFile, planes: int, bits: int) -> None:
-    """Refuse strips that do not fill the picture, of which Pillow would leave a part black."""
+    """Refuse strips that do not fill the picture: Pillow would leave the rest black."""
     tags, tag = image.tag_v2, TiffImagePlugin
     width, height = tags[tag.IMAGEWIDTH], tags[tag.IMAGELENGTH]
     boxes = [part.extents for part in image.tile if part.extents]
@@ -236,7 +241,7 @@ def _check_strips(image: TiffImageFile, planes: int, bits: int) -> None:
 
 
 def _check_deflate(data: bytes, offsets: Iterable[int]) -> None:
-    """Inflate every strip up to its checksum, which the decoder of TIFF does not look at."""
+    """Inflate every strip up to its checksum, which the TIFF decoder does not verify."""
     left = MAX_BYTES
     for offset in offsets:
         size, ended = _inflated(memoryview(data)[offset:], left)
@@ -246,17 +251,17 @@ def _check_deflate(data: bytes, offsets: Iterable[int]) -> None:
 
 
 def _inflated(stream: bytes | memoryview, enough: int) -> tuple[int, bool]:
-    """Size of what a Deflate stream holds, at least as far as enough, and whether its end was reached."""
+    """Return the inflated size of a Deflate stream, or one above `enough`, and whether it ended."""
     inflate, size = zlib.decompressobj(), 0
-    for start in range(0, len(stream), _PIECE):
+    for start in range(0, len(stream), _PIECE_BYTES):
         if inflate.eof or size > enough:
             break
-        size += len(inflate.decompress(stream[start : start + _PIECE]))
+        size += len(inflate.decompress(stream[start : start + _PIECE_BYTES]))
     return size, inflate.eof
 
 
 def _samples_by_opencv(data: bytes) -> NDArray[Any]:
-    """Samples of the forms to which Pillow gives other values than the file states."""
+    """Decode with OpenCV, for the formats whose values Pillow changes."""
     decoded: NDArray[Any] | None = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if decoded is None:
         raise ValueError("pixels that do not decode")
@@ -275,22 +280,22 @@ def _samples(image: ImageFile.ImageFile, data: bytes) -> NDArray[Any]:
         return deep
     if image.mode in ("I", "F"):
         raise ValueError("numbers of 32 bits")
-    if image.mode == "L" and level is not None:  # Pillow brings the pixels to 8 bits, and not this level
+    if image.mode == "L" and level is not None:  # Pillow scales the pixels to 8 bits, but not this level
         top = 2 ** data[_PNG_DEPTH] - 1
-        image.info["transparency"] = (level & top) * _BYTE // top
+        image.info["transparency"] = (level & top) * _BYTE_MAX // top
     gray = "L" if image.mode in ("1", "L") else "RGB"
     return np.asarray(image.convert("RGBA" if image.has_transparency_data else gray))
 
 
 def _orientation(image: ImageFile.ImageFile) -> int:
-    """What EXIF states; 1, as it is, if that cannot be read."""
+    """Return the orientation by EXIF, 1 to 8; 1, unchanged, if it is not readable."""
     exif, tag = Image.Exif(), ExifTags.Base.Orientation
     try:
         exif.load(image.info.get("exif", b""))
-    except Warning:  # the caller's filter makes it an error; it must not decide how a picture is turned
+    except Warning:  # the caller's filter made it an error; it must not affect the orientation
         if tag not in exif:
             raise
-    except Exception:  # wrong bytes raise as many types here as in pixels, which they do not harm
+    except Exception:  # damaged EXIF raises many types, and does not affect the pixels
         return 1
     stated = exif.get(tag)
     return stated if isinstance(stated, int) else 1
@@ -305,7 +310,13 @@ def _turned(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
 
 
 def check_size(height: int, width: int, name: str) -> None:
-    """Refuse an absurd size."""
+    """Raise unless a size in pixels is within `MIN_SIDE` and `MAX_PIXELS`.
+
+    Raises
+    ------
+    ImageError
+        It is not.
+    """
     if min(height, width) < MIN_SIDE or height * width > MAX_PIXELS:
         value = f"{height} x {width} (height x width)"
         raise ImageError(name, value=value, must=_SIZES, remedy="Use another size.")

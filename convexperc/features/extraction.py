@@ -1,4 +1,4 @@
-"""From pictures to the matrix of feature vectors, one row a view, one block of columns a modality."""
+"""The matrix of feature vectors: one row for each view, one block of columns for each modality."""
 
 from collections.abc import Iterable, Mapping
 
@@ -16,7 +16,7 @@ from convexperc.features.pictures import as_rgb, resize, to_gray
 def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Float[np.ndarray, "n d"]:
     """Describe each view by its colour, shape and texture.
 
-    A picture is brought to the working size; R, G, B give the colour histogram, the gray values
+    A picture is resized to the working size; R, G, B give the colour histogram, the gray values
     (`to_gray`) give HOG and LBP. The columns of each modality are ``configuration.modality_sizes``,
     in that order.
 
@@ -25,20 +25,20 @@ def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Fl
     images : iterable of ndarray of uint8 or uint16
         n >= 1 pictures of any sizes, gray, RGB or RGB and alpha (see `as_rgb`).
     configuration : FeatureConfiguration
-        Every number that the features depend on.
+        The parameters of the features.
 
     Returns
     -------
     ndarray of float64, (n, d), read-only
-        With "unit length by modality", each block of a row has the Euclidean length 1, or is zero
-        (the HOG of a uniform picture is); see `normalise`.
+        With "unit length by modality", each block of a row has Euclidean length 1 or is zero, like the HOG of
+        a uniform picture; see `normalise`.
 
     Raises
     ------
     FeatureError
         There is no picture, or one array was given in place of several.
     ImageError
-        A picture cannot be used; the error says which, as ``images[i]``.
+        A picture cannot be used; the error names it as ``images[i]``.
 
     Notes
     -----
@@ -58,10 +58,10 @@ def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Fl
 
 
 def unit_length(vector: Float[np.ndarray, " d"]) -> Float[np.ndarray, " d"]:
-    """``v / ||v||_2``; zero stays zero.
+    """Return ``v / ||v||_2``, shape (d,); zero stays zero.
 
-    An exact power of two is divided out first, so that neither the squares of large entries overflow
-    nor those of tiny (subnormal) ones vanish.
+    The vector is first divided by a power of two, exactly, so that the squares of large entries do not
+    overflow and those of subnormal entries do not underflow.
 
     Raises
     ------
@@ -81,16 +81,16 @@ def unit_length(vector: Float[np.ndarray, " d"]) -> Float[np.ndarray, " d"]:
 def raw_blocks(
     image: object, configuration: FeatureConfiguration, name: str = "image"
 ) -> dict[str, Float[np.ndarray, " _"]]:
-    """Describe one picture by its modalities before any normalisation.
+    """Return the modalities of one picture before normalisation.
 
     Parameters
     ----------
     image : ndarray of uint8 or uint16
         A picture of any size, gray, RGB or RGB and alpha (see `as_rgb`).
     configuration : FeatureConfiguration
-        All of it but the normalisation.
+        Its normalisation is not used.
     name : str
-        What an error calls the picture.
+        How an error names the picture.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def raw_blocks(
 
 
 def normalise(blocks: Mapping[str, Float[np.ndarray, " _"]], normalisation: str) -> Float[np.ndarray, " d"]:
-    """Put the modalities of one view into a row, normalised.
+    """Return the feature vector of one view from its modalities.
 
     Parameters
     ----------

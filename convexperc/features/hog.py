@@ -9,9 +9,9 @@ from convexperc.features.pictures import GrayPicture
 
 
 def hog_descriptor(gray: GrayPicture, configuration: FeatureConfiguration) -> Float[np.ndarray, " hog"]:
-    """Histograms of the gradient's direction in cells, normalised over overlapping blocks.
+    """Return histograms of the gradient's direction in cells, normalised over overlapping blocks.
 
-    Central differences of the 8-bit values (zero on the rim), unsigned directions over 180 degrees,
+    Central differences of the 8-bit values (zero on the border), unsigned directions over 180 degrees,
     each pixel counted in one bin with its gradient's magnitude, blocks stepping by one cell. The order
     is block row, block column, cell row, cell column, orientation.
 
@@ -25,7 +25,7 @@ def hog_descriptor(gray: GrayPicture, configuration: FeatureConfiguration) -> Fl
     Returns
     -------
     ndarray of float64, (blocks * cells a block * orientations,)
-        Values >= 0 without unit; all zero for a uniform picture.
+        Dimensionless values >= 0; all zero for a uniform picture.
 
     Notes
     -----

@@ -12,8 +12,8 @@ def lbp_histogram(gray: GrayPicture, configuration: FeatureConfiguration) -> Flo
     """Count the codes of the pixels that have a full circle of neighbours.
 
     P neighbours on a circle of radius R, interpolated linearly, each give one bit: at least as bright
-    as the centre, or not. The rim of width ``ceil(R)`` is left out: there scikit-image takes the
-    missing neighbours to be black, which would make the codes depend on brightness.
+    as the centre, or not. The border of width ``ceil(R)`` is excluded: there scikit-image treats the
+    missing neighbours as black, which would make the codes depend on brightness.
 
     Parameters
     ----------
@@ -25,12 +25,12 @@ def lbp_histogram(gray: GrayPicture, configuration: FeatureConfiguration) -> Flo
     Returns
     -------
     ndarray of float64, (lbp_bins,)
-        Counts of pixels, in all ``(h - 2 ceil(R)) (w - 2 ceil(R))``.
+        Counts of pixels; their sum is ``(h - 2 ceil(R)) (w - 2 ceil(R))``.
 
     Notes
     -----
     Where an interpolated neighbour equals the centre exactly although its four pixels differ, rounding
-    decides the bit, so such a pixel's code may differ between processors.
+    determines the bit, so that such a pixel's code may differ between processors.
 
     Source: T. Ojala, M. Pietikäinen and D. Harwood, Performance evaluation of texture measures, ICPR
     1994; uniform codes by T. Ojala, M. Pietikäinen and T. Mäenpää, 2002; by scikit-image's

@@ -1,4 +1,4 @@
-"""Pictures in, 8-bit RGB out: read, converted by stated integer formulas, resized."""
+"""Pictures as 8-bit RGB: reading, conversion by exact integer formulas, and resizing."""
 
 import operator
 import os
@@ -17,21 +17,22 @@ Picture = UInt8[np.ndarray, "h w 3"]
 GrayPicture = UInt8[np.ndarray, "h w"]
 
 SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp"})
+"""Suffixes, in lower case, of the files that `list_images` returns."""
 
 
 def read_image(path: str | os.PathLike[str]) -> Picture:
     """Read a PNG, JPEG, BMP, TIFF or WebP file as 8-bit RGB.
 
-    The format is told by the content, not by the name. The orientation that EXIF (in a TIFF: its tag)
-    states is honoured; EXIF that cannot be read states none. Of several pages or frames the first is read.
-    Where Pillow warns of damaged metadata and the caller's filters make warnings errors, that is a refusal.
+    The format is recognised by the content, not by the name. The picture is turned by its EXIF orientation (a
+    TIFF by its tag), unless EXIF is not readable. Of several pages or animation frames the first is read. If
+    the caller's filters turn Pillow's warnings of damaged metadata into errors, the file is refused.
     Gray, 16-bit and transparent pictures are converted as `as_rgb` does; color profiles are not applied.
-    The four inks of a JPEG are taken as Adobe's programs store them, 255 for none.
+    CMYK values of a JPEG are interpreted as Adobe's programs store them, with 255 for no ink.
 
     Parameters
     ----------
     path : path-like
-        The file; any name that the file system can hold.
+        The file, with any name.
 
     Returns
     -------
@@ -43,10 +44,10 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
     ImageError
         Missing, a directory, empty, of another format, truncated (a JPEG without its end marker, a PNG
         without IEND), damaged (a wrong checksum in a PNG or in a TIFF with Deflate), with a side under
-        `MIN_SIDE` or more than `MAX_PIXELS` pixels (judged by the header, before any pixel is decoded),
+        `MIN_SIDE` or more than `MAX_PIXELS` pixels (by its header, before any pixel is decoded),
         pixels that are signed, floating-point or of more than 16 bits, or a TIFF with samples that are
-        neither color nor unassociated alpha. JPEG, BMP, WebP and other TIFFs have no checksum: wrong
-        bytes in the middle of a complete file cannot be told from sound ones.
+        neither color nor unassociated alpha. JPEG, BMP, WebP and other TIFFs have no checksum: damaged
+        bytes inside a complete file cannot be detected.
     """
     name = f"picture {os.fspath(path)}"
     data = _read_bytes(Path(path), name)
@@ -75,8 +76,8 @@ def as_rgb(array: object, name: str) -> Picture:
     Raises
     ------
     ImageError
-        Not an array, another type of number (floats are refused, because local binary patterns of
-        floats differ from those of 8-bit values), another shape, or an absurd size.
+        Not an array, another type of number (floats are refused, because their local binary patterns
+        differ from those of 8-bit values), another shape, or a size out of range (see `read_image`).
     """
     if not isinstance(array, np.ndarray):
         raise ImageError(name, value=type(array).__name__, must="must be a NumPy array of uint8 or uint16")
@@ -108,9 +109,10 @@ def as_rgb(array: object, name: str) -> Picture:
 
 
 def to_gray(image: Picture) -> GrayPicture:
-    """Luma of ITU-R BT.601, rounded: ``(299 R + 587 G + 114 B + 500) // 1000``, in integers.
+    """Return the luma of ITU-R BT.601, ``(299 R + 587 G + 114 B + 500) // 1000``, shape (h, w), uint8.
 
-    Integers make it the same for every OpenCV and processor, and keep a gray picture as it is.
+    In integer arithmetic it is the same for every version of OpenCV and every processor, and the identity on
+    gray pictures.
     """
     red, green, blue = cv2.split(image)
     luma = np.multiply(red, 299, dtype=np.uint32)
@@ -123,9 +125,9 @@ def to_gray(image: Picture) -> GrayPicture:
 
 
 def resize(image: Picture, size: tuple[int, int]) -> UInt8[np.ndarray, "height width 3"]:
-    """Bring a picture to ``size``; the ratio of its sides is not kept.
+    """Resize a picture; its aspect ratio is not preserved.
 
-    A side that shrinks is averaged over areas (``cv2.INTER_AREA``), then a side that grows is
+    First, a side that shrinks is averaged over areas (``cv2.INTER_AREA``); then, a side that grows is
     interpolated linearly (``cv2.INTER_LINEAR``).
 
     Parameters
@@ -141,7 +143,7 @@ def resize(image: Picture, size: tuple[int, int]) -> UInt8[np.ndarray, "height w
     Raises
     ------
     ImageError
-        `size` is not two integers, or absurd.
+        `size` is not two integers, or is out of range (see `read_image`).
     """
     try:
         height, width = (operator.index(side) for side in size)
@@ -158,7 +160,7 @@ def resize(image: Picture, size: tuple[int, int]) -> UInt8[np.ndarray, "height w
 
 
 def list_images(folder: str | os.PathLike[str]) -> list[Path]:
-    """Pictures directly in `folder`, sorted by name (code points); hidden files are left out.
+    """Return the pictures directly in `folder`, sorted by name (code points), without hidden files.
 
     Raises
     ------
@@ -196,7 +198,7 @@ def _read_bytes(path: Path, name: str) -> bytes:
 
 
 def _composite(rgba: UInt8[np.ndarray, "h w 4"], rgb: Picture) -> None:
-    """Fill `rgb` with the picture on black, one channel at a time to hold little memory."""
+    """Fill `rgb` with the picture on black, one channel at a time to save memory."""
     alpha = rgba[..., 3].astype(np.uint16)
     for channel in range(3):
         product = rgba[..., channel] * alpha

@@ -1,4 +1,4 @@
-"""One figure of a recognition: the ranked views, the modalities, every object's optimum. Layout alone."""
+"""The figure of a recognition: the ranked views, the modalities and the optimum of every object."""
 
 import io
 import math
@@ -23,13 +23,23 @@ from convexperc.recognition.recognition import Ranked, Recognition
 from convexperc.solution.solution import Status
 
 WIDTH, MARGIN, GUTTER = 11.0, 0.35, 0.18
-CELL, TALLEST, ACROSS = 2.15, 1.48, 6
-ABOVE, BELOW = 0.24, 0.56
-ROW, PANEL = 0.34, 0.95
+"""Width of the figure, of its margins and of the gaps between views, in inches: a landscape page."""
+CELL_WIDTH, PICTURE_HEIGHT = 2.15, 1.48
+"""Largest width of a view with its gap and largest height of its picture, in inches."""
+COLUMNS = 6
+"""Largest number of views in a row: with more, their captions do not fit."""
+NAME_HEIGHT, CAPTION_HEIGHT = 0.24, 0.56
+"""Space above a picture for the view's name, and below it for its weight, in inches."""
+ROW_HEIGHT, HEADING_HEIGHT = 0.34, 0.95
+"""Height of a row of the panels, and of their headings with the axis, in inches."""
 MOST_VIEWS, MOST_BARS = 24, 16
+"""Largest numbers of views and of rows in a panel: more make the figure longer than a page."""
 LONGEST_SIDE = 360
+"""Side in pixels to which pictures are reduced: slightly more than a cell has at 150 dots per inch."""
 INK, QUIET, LINE, FAINT = "#1d2733", "#6b7683", "#d5dae0", "#eceef1"
+"""Colours of text, of secondary text, of lines and of the background of bars."""
 ACCENT, ALARM = "#0b6fb8", "#b3261e"
+"""Colours of bars and candidates, and of warnings."""
 STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
     "text.color": INK,
@@ -37,10 +47,11 @@ STYLE: dict[Any, Any] = {
     "svg.fonttype": "path",
     "text.parse_math": False,
 }
+"""Matplotlib's settings; the salt and the paths make the bytes reproducible."""
 
 
 def draw(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
-    """Draw what `convexperc.report.picture.recognition_picture` has checked."""
+    """Draw a recognition whose arguments `convexperc.report.picture.recognition_picture` has validated."""
     with mpl.rc_context(STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
         return _draw(_Sheet.of(recognition, views), recognition, views, kind)
@@ -48,7 +59,7 @@ def draw(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> b
 
 @dataclass(frozen=True)
 class _Sheet:
-    """What goes where, in inches from the top left corner."""
+    """The layout, in inches from the top left corner."""
 
     figure: Figure
     height: float
@@ -61,14 +72,16 @@ class _Sheet:
     @classmethod
     def of(cls, recognition: Recognition, views: Mapping[str, Picture]) -> "_Sheet":
         shown = min(len(recognition.views), MOST_VIEWS)
-        rows = math.ceil(shown / ACROSS)
+        rows = math.ceil(shown / COLUMNS)
         columns = math.ceil(shown / rows)
-        cell = min(CELL, (WIDTH - 2 * MARGIN + GUTTER) / columns)
+        cell = min(CELL_WIDTH, (WIDTH - 2 * MARGIN + GUTTER) / columns)
         tallest = max(views[name].shape[0] / views[name].shape[1] for name in recognition.views)
-        picture = min(TALLEST, tallest * (cell - GUTTER))
-        panels = 1.55 + rows * (ABOVE + picture + BELOW)
+        picture = min(PICTURE_HEIGHT, tallest * (cell - GUTTER))
+        panels = 1.55 + rows * (NAME_HEIGHT + picture + CAPTION_HEIGHT)
         bars = max(len(recognition.names), len(recognition.ranked_modalities()), 3)
-        height = panels + PANEL + ROW * min(bars, MOST_BARS) + 0.3 * bool(recognition.warnings)
+        height = (
+            panels + HEADING_HEIGHT + ROW_HEIGHT * min(bars, MOST_BARS) + 0.3 * bool(recognition.warnings)
+        )
         figure = Figure(figsize=(WIDTH, height), dpi=150, facecolor="white")
         FigureCanvasAgg(figure)
         return cls(figure, height, shown, columns, cell, picture, panels)
@@ -86,9 +99,9 @@ class _Sheet:
         self.figure.add_artist(Rectangle(corner, *size, color=color, linewidth=0))
 
     def corner(self, place: int) -> tuple[float, float]:
-        """Left and top of the view at this place of the ranking."""
+        """Return left and top of the view at this place of the ranking."""
         row, column = divmod(place, self.columns)
-        return MARGIN + column * self.cell, 1.4 + row * (ABOVE + self.picture + BELOW)
+        return MARGIN + column * self.cell, 1.4 + row * (NAME_HEIGHT + self.picture + CAPTION_HEIGHT)
 
 
 def _draw(sheet: _Sheet, recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
@@ -126,11 +139,11 @@ def _view(sheet: _Sheet, place: int, view: Ranked, picture: Picture) -> None:
     left, top = sheet.corner(place)
     width = sheet.cell - GUTTER
     sheet.text(left, top + 0.16, f"{place + 1}  {_fitted(view.name, width - 0.25, 9.0)}", 9.0)
-    axes = sheet.axes(left, top + ABOVE, width, sheet.picture)
+    axes = sheet.axes(left, top + NAME_HEIGHT, width, sheet.picture)
     axes.imshow(_small(picture), alpha=0.3 if view.proved_zero else 1.0, interpolation="antialiased")
     axes.set_anchor("NW")
     axes.set_axis_off()
-    below = top + ABOVE + sheet.picture
+    below = top + NAME_HEIGHT + sheet.picture
     sheet.bar(left, below + 0.07, width, 0.06, LINE)
     sheet.bar(left, below + 0.07, width * view.share, 0.06, ACCENT)
     if view.proved_zero:
@@ -145,11 +158,11 @@ def _modalities(sheet: _Sheet, ranking: tuple[Ranked, ...], best: str) -> None:
     sheet.text(left, sheet.panels + 0.2, heading, 10.0, weight="bold")
     largest = max(entry.weight for entry in ranking) or 1.0
     for row, entry in enumerate(ranking):
-        place = left + label, top + ROW * (row + 0.25)
+        place = left + label, top + ROW_HEIGHT * (row + 0.25)
         longest, color = width - label - 1.0, QUIET if entry.proved_zero else ACCENT
-        sheet.bar(*place, longest, 0.5 * ROW, FAINT)
-        sheet.bar(*place, longest * entry.weight / largest, 0.5 * ROW, color)
-        line = top + ROW * (row + 0.5) + 0.045
+        sheet.bar(*place, longest, 0.5 * ROW_HEIGHT, FAINT)
+        sheet.bar(*place, longest * entry.weight / largest, 0.5 * ROW_HEIGHT, color)
+        line = top + ROW_HEIGHT * (row + 0.5) + 0.045
         sheet.text(left, line, _fitted(entry.name, label - 0.1, 9.0), 9.0)
         if entry.proved_zero:
             sheet.text(left + width - 0.92, line, "proved zero", 8.5, color=QUIET, style="italic")
@@ -166,14 +179,14 @@ def _objectives(sheet: _Sheet, recognition: Recognition) -> None:
         heading = "Share F*/||o||² that each object leaves, lowest first"
     sheet.text(left, sheet.panels + 0.2, heading, 10.0, weight="bold")
     sheet.text(left + width - 0.78, sheet.panels + 0.2, "proved within", 8.0, color=QUIET)
-    axes = sheet.axes(left + label, top, width - label - numbers, ROW * len(rows))
+    axes = sheet.axes(left + label, top, width - label - numbers, ROW_HEIGHT * len(rows))
     for row, template in enumerate(rows):
         lower, upper = template.cost
         color = ACCENT if template.name in recognition.candidates else QUIET
         axes.plot([0, lower], [row, row], color=LINE, linewidth=1.2, zorder=1)
         ends = [[upper - lower], [0.0]]
         axes.errorbar(upper, row, xerr=ends, fmt="o", color=color, markersize=6, capsize=2.5)
-        line = top + ROW * (row + 0.5) + 0.045
+        line = top + ROW_HEIGHT * (row + 0.5) + 0.045
         weight = "bold" if template.name == recognition.label else "normal"
         sheet.text(left, line, _fitted(template.name, label - 0.12, 9.0), 9.0, color=color, weight=weight)
         sheet.text(left + width - numbers + 0.2, line, _digits(lower, upper), 8.5)
@@ -188,14 +201,14 @@ def _objectives(sheet: _Sheet, recognition: Recognition) -> None:
 
 
 def _digits(lower: float, upper: float) -> str:
-    """The upper end, with no more digits than the interval's width leaves meaning."""
+    """Format the upper bound, with no more digits than the interval's width makes significant."""
     width = upper - lower
     digits = 12 if width == 0.0 else min(12, max(2, math.floor(math.log10(upper / width))))
     return f"{upper:#.{digits}g}"
 
 
 def _fitted(text: str, inches: float, size: float) -> str:
-    """Leave out the middle of a text that is too long for its place."""
+    """Shorten a text in the middle to the given width in inches, at a font size in points."""
     room = max(5, math.floor(inches * 72 / (0.6 * size)))
     if len(text) <= room:
         return text
@@ -204,7 +217,7 @@ def _fitted(text: str, inches: float, size: float) -> str:
 
 
 def _small(picture: Picture) -> UInt8[np.ndarray, "rows columns 3"]:
-    """The picture with no more pixels than the figure shows."""
+    """Reduce a picture to the pixels that the figure shows."""
     height, width = picture.shape[:2]
     scale = LONGEST_SIDE / max(height, width)
     if scale >= 1.0:

@@ -1,4 +1,4 @@
-"""A recognition as a picture: what is asked is checked here, without Matplotlib; `figure` draws it."""
+"""A recognition as a picture: arguments are validated here, without Matplotlib; `figure` draws it."""
 
 import os
 from collections.abc import Mapping
@@ -9,10 +9,11 @@ from convexperc.features.pictures import Picture
 from convexperc.recognition.recognition import Recognition
 
 KINDS = ("png", "svg")
+"""File formats, by their suffixes."""
 
 
 def picture_kind(path: str | os.PathLike[str]) -> str:
-    """Tell by the suffix what is to be drawn, ``"png"`` or ``"svg"``; ask it before the work, not after it.
+    """Return the file format of a path by its suffix, ``"png"`` or ``"svg"``; call it before any long work.
 
     Raises
     ------
@@ -29,7 +30,7 @@ def picture_kind(path: str | os.PathLike[str]) -> str:
 
 
 def recognition_picture(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
-    """Draw a recognition; the same input gives the same bytes.
+    """Draw a recognition as the content of a file; the same input gives the same bytes.
 
     Parameters
     ----------
@@ -37,6 +38,11 @@ def recognition_picture(recognition: Recognition, views: Mapping[str, Picture], 
     views : mapping of str to uint8 (h, w, 3)
         The picture of each of the recognition's views.
     kind : {"png", "svg"}
+        File format.
+
+    Returns
+    -------
+    bytes
 
     Raises
     ------

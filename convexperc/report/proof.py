@@ -1,9 +1,9 @@
-"""The proof of an answer as a file that anybody can check without this library.
+"""The proof of bounds of F* as a file that can be checked without this library.
 
-A proof holds the problem, the claim lower <= F* <= upper, and two witnesses in exact numbers: a primal point
-(w, u) with F(w, u) <= upper, and a dual point (a, b) that is feasible exactly, with D(a, b) >= lower. Every
+A proof holds the problem, the claim lower <= F* <= upper, and two exact witnesses: a primal point
+(w, u) with F(w, u) <= upper, and an exactly feasible dual point (a, b) with D(a, b) >= lower. Every
 number is a C99 hex float; those of the witnesses may have more digits than float64 holds.
-`verification.proof_checker` reads it, with integers alone and none of this code.
+`verification.proof_checker` checks it in integer arithmetic, without any code of this library.
 """
 
 import hashlib
@@ -20,13 +20,14 @@ from convexperc.problem.problem import Problem
 from convexperc.solution.solution import Solution
 
 SCHEMA = "convexperc/proof/1"
+"""Name and version of the file format."""
 
 
 def proof_record(solution: Solution) -> dict[str, Any]:
-    """Prove the bounds of a solution's F* by exact witnesses, as plain JSON values.
+    """Prove bounds of F* by exact witnesses, as plain JSON values.
 
-    The interval is as narrow as the certificate's tolerances, or as its own interval where that is wider.
-    Where float64 points do not reach that, an interior point in longer numbers takes their place.
+    The interval is as narrow as the certificate's tolerances, or as the certificate's interval if that is
+    wider. Where float64 points do not suffice, an interior point of higher precision is used.
 
     Parameters
     ----------
@@ -41,7 +42,7 @@ def proof_record(solution: Solution) -> dict[str, Any]:
     Raises
     ------
     ProblemError
-        F* may exceed the largest float64, so that no claim can be written.
+        F* may exceed the largest float64, so that its upper bound cannot be written.
     """
     problem, data = solution.problem, Data.of(solution.problem)
     best = witnesses(data, (solution.w, solution.u), solution.certificate)
@@ -61,9 +62,9 @@ def proof_record(solution: Solution) -> dict[str, Any]:
 
 
 def data_digest(problem: Problem) -> str:
-    """SHA-256 of the data, in hexadecimal.
+    """Return the SHA-256 of the data, in hexadecimal.
 
-    Of the bytes: the schema's name in ASCII and a zero byte; n, d, m as int64; X row by row, o, lambda1,
+    The bytes are: the schema's name in ASCII and a zero byte; n, d, m as int64; X row by row, o, lambda1,
     lambda2, lambda3 as float64; for each modality the number of its columns and the columns as int64; all
     little-endian.
     """
@@ -86,7 +87,7 @@ def _rounded_down(value: Fraction) -> float:
 
 
 def _rounded_up(value: Fraction) -> float | None:
-    """The least float that is not below the value; None beyond the largest."""
+    """Return the least float64 that is not below the value; None if there is none."""
     try:
         near = float(value)
     except OverflowError:

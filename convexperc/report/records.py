@@ -1,4 +1,4 @@
-"""Records: what was found, as plain JSON values, exact."""
+"""Certificates, solutions and recognitions as plain JSON values, with exact numbers."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -19,11 +19,11 @@ from convexperc.solution.solution import Solution, Status
 def certificate_record(
     certificate: Certificate, residual: OptimalityResidual | None = None
 ) -> dict[str, Any]:
-    """Plain JSON values of a certificate, with the KKT residual if one is given.
+    """Return a certificate as plain JSON values, with the KKT residual if one is given.
 
-    A number that counts is given as ``{"decimal": ..., "hex": ...}``, both exact; a decimal has as many of 17
-    digits as it needs. Where it is infinite the string ``"inf"`` stands, which JSON has no number for.
-    `terms` are in units where ||o|| is about 1.
+    Bounds and answers are given as ``{"decimal": ..., "hex": ...}``, both exact: the decimal has as many
+    digits as identify the float64, 17 at most. An infinite number is the string ``"inf"``, because JSON has
+    none. `terms` are on normalised data, where ||o|| is about 1.
     """
     lower, upper = certificate.objective
     names = ("relative_gap", "share_of_target", "relative_tolerance", "absolute_tolerance")
@@ -48,9 +48,9 @@ def certificate_record(
 
 
 def solution_record(solution: Solution) -> dict[str, Any]:
-    """Plain JSON values of a solution: sizes and lambdas, (w, u), the certificate; times under ``volatile``.
+    """Return a solution as plain JSON values: sizes, lambdas, (w, u), certificate; times under ``volatile``.
 
-    X and o are not repeated; `problem_record` gives them. Numbers are written as in `certificate_record`.
+    X and o are left out; `problem_record` gives them. Numbers are written as in `certificate_record`.
     """
     problem = solution.problem
     partition = problem.modalities
@@ -78,13 +78,13 @@ def solution_record(solution: Solution) -> dict[str, Any]:
 def recognition_record(
     recognition: Recognition, configuration: FeatureConfiguration | None = None
 ) -> dict[str, Any]:
-    """Plain JSON values of a recognition: the verdict, the ranking for the best template, every interval.
+    """Return a recognition as plain JSON values: verdict, rankings for the best template, every interval.
 
-    ``cost`` is what decides, the lowest being best. A template that was excluded before it was certified has
-    no solution. `configuration` says what the features were made of, if they were made of pictures.
+    The lowest ``cost`` decides. A template that was excluded before it was certified has no solution.
+    `configuration` is that of the features, if they were extracted from pictures.
     """
     return {
-        "schema": "convexperc/recognition/3",
+        "schema": "convexperc/recognition/4",
         "decision": recognition.decision.value,
         "verdict": recognition.verdict.value,
         "label": recognition.label,

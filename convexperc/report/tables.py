@@ -19,11 +19,12 @@ if TYPE_CHECKING:
     from convexperc.solution.solution import Solution
 
 MOST_ROWS = 30
+"""Rows of a table on the terminal, about a screenful; the JSON record has all."""
 _WORDS = {"certified": "yes", "enclosed": "F* only", "not certified": "NO"}
 
 
 def console() -> Console:
-    """Return the terminal: names are printed as they are; a pipe is as wide as the tables need."""
+    """Return the console: names are printed verbatim; output that is no terminal has 160 columns."""
     out = Console(markup=False, highlight=False, emoji=False, soft_wrap=False)
     if not out.is_terminal and "COLUMNS" not in os.environ:
         out.width = 160
@@ -31,7 +32,7 @@ def console() -> Console:
 
 
 def show_recognition(out: Console, recognition: "Recognition") -> None:
-    """Every object, the rankings for the best one, and what is proved of its answer."""
+    """Print every object, the rankings for the best one, and the certificate of its answer."""
     best = recognition.template()
     solution = best.solution
     out.print(problem_line(solution.problem, None))
@@ -44,9 +45,12 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
         ("verdict", f"{recognition.verdict.value}: {recognition.reason}"),
         *certificate_facts(solution.certificate),
         ("objects", f"{count} of {len(recognition.names)} have a certified answer"),
-        ("solver", solver_claim(solution)),
+        ("solver", solver_status(solution)),
         *(("warning", warning) for warning in recognition.warnings),
-        ("scope", "proved for these features and lambdas, not that they tell the objects apart"),
+        (
+            "scope",
+            "proved for these features and lambdas; whether they distinguish the objects is not proved",
+        ),
     ]
     show_facts(out, f"Certificate for {best.name}", facts)
 
@@ -66,7 +70,7 @@ def _show_objects(out: Console, recognition: "Recognition") -> None:
     rows = [row(template) for template in sorted(recognition.templates, key=lambda entry: entry.cost[1])]
     share = (">explained at least",) if shares else ()
     columns = "object", *share, ">F* at least", ">F* at most", ">gap", "certified", "verdict"
-    title = "Objects, largest explained share first" if shares else "Objects, lowest optimum first"
+    title = "Objects, largest explained fraction first" if shares else "Objects, lowest optimum first"
     _show_table(out, title, columns, rows)
 
 
@@ -78,7 +82,7 @@ def show_blocks(
     found: "Certificate",
     residual: "OptimalityResidual | None" = None,
 ) -> None:
-    """Every view and modality: its weight, its KKT residual if there is one, whether it is proved zero."""
+    """Print every view and modality: its weight, its KKT residual if given, and whether it is proved zero."""
     views = [f"row {i}" for i in range(problem.n)], w, found.zero_views
     norms = problem.modalities.norms(u)
     modalities = problem.modalities.names, norms, found.zero_modalities
@@ -96,7 +100,7 @@ def show_blocks(
 
 
 def show_terms(out: Console, found: "Certificate") -> None:
-    """What each term adds to the gap, if the certificate says so."""
+    """Print the contribution of each term to the gap, if the certificate has it."""
     if found.terms is None:
         return
     names = "loss", "coupling", "view_norm", "modality_norm"
@@ -105,7 +109,7 @@ def show_terms(out: Console, found: "Certificate") -> None:
 
 
 def show_facts(out: Console, title: str, facts: Iterable[tuple[str, str]]) -> None:
-    """NamedPictures facts, one below the other; a long one folds."""
+    """Print named facts, one below the other; a long one is wrapped."""
     grid = Table.grid(padding=(0, 2))
     grid.add_column(no_wrap=True)
     grid.add_column(overflow="fold")
@@ -116,7 +120,7 @@ def show_facts(out: Console, title: str, facts: Iterable[tuple[str, str]]) -> No
 
 
 def problem_line(problem: "Problem", name: str | None) -> str:
-    """One line on a problem."""
+    """Return a one-line summary of a problem: sizes and lambdas."""
     parts = zip(problem.modalities.names, problem.modalities.sizes, strict=True)
     sizes = ", ".join(f"{part} {size}" for part, size in parts)
     lambdas = ", ".join(f"lambda{i} = {value:g}" for i, value in enumerate(problem.lambdas, 1))
@@ -125,7 +129,7 @@ def problem_line(problem: "Problem", name: str | None) -> str:
 
 
 def certificate_facts(found: "Certificate") -> list[tuple[str, str]]:
-    """What a certificate proves, in words."""
+    """Return what a certificate proves, as named facts."""
     word = "certified" if found.certified else "NOT CERTIFIED"
     relative, absolute = found.relative_tolerance, found.absolute_tolerance
     return [
@@ -137,18 +141,18 @@ def certificate_facts(found: "Certificate") -> list[tuple[str, str]]:
     ]
 
 
-def solver_claim(solution: "Solution") -> str:
-    """What the solver claims of its answer, marked as a claim."""
-    return f"{solution.solver}; its own word, not relied on: {solution.solver_status}"
+def solver_status(solution: "Solution") -> str:
+    """Return the solver's name and status; the certificate does not use the status."""
+    return f"{solution.solver}; solver status (not used): {solution.solver_status}"
 
 
 def below(value: float, digits: int = 12) -> str:
-    """A bound from below, rounded down."""
+    """Format a lower bound, rounded down to `digits` significant digits."""
     return f"{Context(prec=digits, rounding=ROUND_FLOOR).create_decimal_from_float(value):g}"
 
 
 def above(value: float, digits: int = 12) -> str:
-    """A bound from above, rounded up."""
+    """Format an upper bound, rounded up to `digits` significant digits."""
     return f"{Context(prec=digits, rounding=ROUND_CEILING).create_decimal_from_float(value):g}"
 
 
@@ -161,7 +165,7 @@ def _show_ranking(out: Console, best: str, what: str, weight: str, ranking: "Ite
 
 
 def _show_table(out: Console, title: str, columns: Sequence[str], rows: Sequence[tuple[str, ...]]) -> None:
-    """Columns that start with ``>`` hold numbers; the first other one, of names, may fold."""
+    """Print a table. Columns that start with ``>`` hold numbers; the first other one, of names, may wrap."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
     names = next(column for column in columns if not column.startswith(">"))
     for column in columns:

@@ -1,7 +1,7 @@
 """A simulated park and lab in which robots look at an object, partly hidden by obstacles.
 
-`Scene` says what is where, `mjcf` writes it as MuJoCo's XML, `SceneRenderer` draws it, and `write_data_set`
-makes whole folders of pictures with masks. Only drawing needs MuJoCo, and imports it.
+`Scene` describes a scene, `mjcf` writes it as MuJoCo's XML, `SceneRenderer` draws it, and `write_data_set`
+makes folders of pictures with masks. Only the functions that draw import MuJoCo.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""Chooses how OpenGL is reached without a display, before anything heavy is imported."""
+"""Choice of the OpenGL backend for drawing without a display, before MuJoCo is imported."""
 
 import ctypes.util
 import os
@@ -11,13 +11,14 @@ Backend = Literal["egl", "osmesa"]
 LIBRARIES: dict[Backend, str] = {"egl": "EGL", "osmesa": "OSMesa"}
 """System library of each backend, in the order in which they are tried."""
 
+# The remedy of an error, for people who draw.
 INSTALL = (
     "On Debian or Ubuntu: apt-get install libegl1 libgl1-mesa-dri (EGL), or libosmesa6 (MUJOCO_GL=osmesa)."
 )
 
 
 class RenderingError(ConvexpercError, RuntimeError):
-    """There is no OpenGL library to draw with, or it failed; the remedy names the system's package."""
+    """There is no OpenGL library, or it failed; the remedy names the package of the operating system."""
 
 
 def choose_backend() -> Backend:
@@ -26,7 +27,7 @@ def choose_backend() -> Backend:
     Returns
     -------
     {"egl", "osmesa"}
-        EGL is preferred when ``MUJOCO_GL`` is unset or empty.
+        EGL is tried first when ``MUJOCO_GL`` is unset or empty.
 
     Raises
     ------
@@ -37,13 +38,13 @@ def choose_backend() -> Backend:
     if asked and asked not in get_args(Backend):
         remedy = "Unset it, and EGL is tried first, then OSMesa."
         raise RenderingError("MUJOCO_GL", value=asked, must="must be egl, osmesa or unset", remedy=remedy)
-    candidates = [backend for backend in LIBRARIES if asked in ("", backend)]
-    for backend in candidates:
+    backends = [backend for backend in LIBRARIES if asked in ("", backend)]
+    for backend in backends:
         if ctypes.util.find_library(LIBRARIES[backend]):
             return backend
     raise RenderingError(
         "the OpenGL library",
-        value=candidates,
+        value=backends,
         must="must be installed to draw without a display",
         remedy=INSTALL,
     )

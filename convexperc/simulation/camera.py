@@ -1,4 +1,4 @@
-"""A camera on a ring around the object: where it is, where it looks, and how well it sees.
+"""A camera on a ring around the object: position, direction, and image quality.
 
 The object stands at the origin of a floor; z points up. Azimuths are degrees, anticlockwise from above;
 0 is the direction from which the reference is taken: the side of a car, the front of a sign.
@@ -14,7 +14,7 @@ from convexperc.simulation.checks import check_range
 
 
 def place(azimuth: float, distance: float, height: float = 0.0) -> Float[np.ndarray, "3"]:
-    """Return the point in that direction (degrees), at that distance and height (metres)."""
+    """Return the point (3,) at an azimuth (degrees), a horizontal distance and a height (metres)."""
     angle = math.radians(azimuth)
     return np.array([distance * math.cos(angle), distance * math.sin(angle), height])
 
@@ -23,7 +23,7 @@ def place(azimuth: float, distance: float, height: float = 0.0) -> Float[np.ndar
 class Camera:
     """A camera that looks at the object.
 
-    Parameters
+    Attributes
     ----------
     azimuth : float
         Direction from the object to the camera, in degrees.
@@ -34,9 +34,9 @@ class Camera:
     field_of_view : float
         Vertical angle of view, in degrees.
     pan : float
-        Degrees by which the camera looks past the object, anticlockwise from above.
+        Angle between the camera's direction and the object, in degrees, anticlockwise from above.
     exposure : float
-        By how many stops the picture is brighter than the light alone makes it: light times 2^exposure.
+        Exposure in stops: the light is multiplied by 2^exposure.
     blur : float
         Standard deviation of a Gaussian blur, in pixels.
     noise : float
@@ -68,7 +68,7 @@ class Camera:
         check_range("noise", self.noise, 0.0, 100.0)
 
     def position(self) -> Float[np.ndarray, "3"]:
-        """Return the place of the lens, in metres."""
+        """Return the position (3,) of the lens, in metres."""
         return place(self.azimuth, self.distance, self.height)
 
     def axes(self, target_height: float) -> Float[np.ndarray, "2 3"]:

@@ -17,17 +17,20 @@ from convexperc.simulation.setting import PARK
 
 LEVEL = "case study"
 ROBOTS = 5
+"""Number of robots in a scene, as in the paper."""
 GOOD_VIEWS = 3
+"""Number of good views in a scene, as in the paper."""
 
-GOOD_WITHIN = 40.0
-"""Greatest angle in degrees between the directions of a good view and of the reference."""
+GOOD_VIEW_ANGLE = 40.0
+"""Greatest angle in degrees between the directions of a good view and of the reference: the same side is
+seen."""
 
 TWO_SIDED = frozenset({"red-car", "gray-car"})
-"""Objects whose opposite side is as good as the side of the reference."""
+"""Objects whose opposite side looks like the side of the reference."""
 
 
 def is_good(name: str, bearing: float, obstructed: Obstruction) -> bool:
-    """Tell whether a view is a good one.
+    """Return whether a view is good: unobstructed, and from about the direction of the reference.
 
     Parameters
     ----------
@@ -39,12 +42,12 @@ def is_good(name: str, bearing: float, obstructed: Obstruction) -> bool:
         How much of the object is hidden.
     """
     off = abs((bearing + 180.0) % 360.0 - 180.0)
-    aligned = off <= GOOD_WITHIN or (name in TWO_SIDED and off >= 180.0 - GOOD_WITHIN)
+    aligned = off <= GOOD_VIEW_ANGLE or (name in TWO_SIDED and off >= 180.0 - GOOD_VIEW_ANGLE)
     return aligned and obstructed == "none"
 
 
 def proposals(plan: Plan, thing: Model | MeshModel) -> Iterator[Proposal | None]:
-    """Yield one proposal after another: the hand-made layout of the object first, if it is number 1."""
+    """Yield proposals without end; for the first scene of an object, its hand-made layout comes first."""
     for scene in SCENES:
         if plan.number == 1 and scene.object == thing.name and not isinstance(thing, MeshModel):
             yield Proposal(replace(scene, name=plan.name), (None,) * len(scene.robots))
@@ -65,13 +68,13 @@ def _propose(scene: Scene, thing: Model | MeshModel, random: np.random.Generator
 
 
 def _good_view(name: str, random: np.random.Generator) -> tuple[float, Obstruction | None]:
-    """Return a direction in degrees and the obstruction that is wanted there."""
+    """Return the azimuth in degrees of a good view, and the obstruction it must have."""
     behind = name in TWO_SIDED and random.random() < 0.35
-    return float(random.uniform(3.0 - GOOD_WITHIN, GOOD_WITHIN - 3.0)) + 180.0 * behind, "none"
+    return float(random.uniform(3.0 - GOOD_VIEW_ANGLE, GOOD_VIEW_ANGLE - 3.0)) + 180.0 * behind, "none"
 
 
 def _poor_view(random: np.random.Generator, hidden: bool) -> tuple[float, Obstruction | None]:
-    """Return a hidden view from anywhere, or a view of the narrow side."""
+    """Return azimuth and obstruction of a hidden view from any direction, or of a view of the narrow side."""
     if hidden:
         kind: Obstruction = "full" if random.random() < 0.5 else "partial"
         return float(random.uniform(-180.0, 180.0)), kind

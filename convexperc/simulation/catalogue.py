@@ -1,4 +1,4 @@
-"""Which object a scene shows: one of the package, or one made of meshes."""
+"""The known objects: those of the package, and those made of meshes."""
 
 from collections.abc import Mapping
 
@@ -12,7 +12,7 @@ Catalogue = Mapping[str, Model | MeshModel]
 
 
 def catalogue(meshes: Mapping[str, MeshModel] | None = None) -> Catalogue:
-    """Return the objects of the package, of which `meshes` replace those of the same name or are added."""
+    """Return the objects of the package and `meshes`, which take precedence where names are equal."""
     return {**OBJECTS, **(meshes or {})}
 
 
@@ -22,7 +22,7 @@ def object_of(scene: Scene, objects: Catalogue) -> Model | MeshModel:
     Raises
     ------
     InputError
-        There is none of this name, or its meshes are not those that the scene was described with.
+        There is none of this name, or its meshes differ from those of the scene's description.
     """
     if scene.object not in objects:
         remedy = "Give the folder of meshes that holds it, if it is not one of the package."

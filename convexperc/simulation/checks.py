@@ -1,14 +1,15 @@
-"""What the parts of a description have in common: ranges of numbers, and names that can be file names."""
+"""Validation shared by the parts of a description: ranges of numbers, and names usable as file names."""
 
 import re
 
 from convexperc.errors import InputError
 
 NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+"""Names that every file system can hold."""
 
 
 def check_range(name: str, value: float | int, low: float | int, high: float | int) -> None:
-    """Raise unless `value` is a number in [low, high]; not a number is refused as well.
+    """Raise unless `value` is a number in [low, high]; NaN is refused.
 
     Raises
     ------

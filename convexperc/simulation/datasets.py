@@ -1,4 +1,4 @@
-"""Draws whole data sets into folders, with several processes, and goes on where a run was stopped."""
+"""Drawing of data sets into folders, with several processes; interrupted runs are continued."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -26,20 +26,21 @@ from convexperc.simulation.request import Request, SetName
 from convexperc.simulation.scenes import Scene
 from convexperc.simulation.setting import LAB, PARK, Setting
 
+# The proposals and the setting of each kind of data set.
 PROPOSE: dict[SetName, Propose] = {"physical": physical.proposals, "case-study": case_study.proposals}
 SETTINGS: dict[SetName, Setting] = {"physical": LAB, "case-study": PARK}
 
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """What a run left.
+    """The result of a run.
 
-    Parameters
+    Attributes
     ----------
     manifest : mapping
-        What ``manifest.json`` holds, plain JSON values.
+        Content of ``manifest.json``, plain JSON values.
     drawn : frozenset of str
-        The parts that were drawn now, see `part_name`; the others were there.
+        Names of the parts that this run drew, see `part_name`; the others existed.
     """
 
     manifest: Mapping[str, Any]
@@ -52,7 +53,7 @@ class Written:
 
     @property
     def drawn_pictures(self) -> int:
-        """Number of those that were drawn now."""
+        """Number of those that this run drew."""
         return sum(count for part, count in self._counts().items() if part in self.drawn)
 
     def _counts(self) -> dict[str, int]:
@@ -68,12 +69,12 @@ def write_data_set(
     workers: int = 1,
     progress: Callable[[str, int], None] | None = None,
 ) -> Written:
-    """Draw a data set, or what is missing of it. Any number of workers gives the same bytes.
+    """Draw a data set, or its missing parts; the files do not depend on the number of workers.
 
     Parameters
     ----------
     folder : Path
-        Where it goes; absent, empty, or what a run of the same request left.
+        Output folder: absent, empty, or left by a run of the same request.
     request : Request
         What to draw.
     meshes : mapping of str to MeshModel
@@ -99,7 +100,7 @@ def write_data_set(
     if workers < 1:
         raise InputError("workers", value=workers, must="must be at least 1")
     require("joblib", "sim", "drawing a data set")
-    from joblib import Parallel, delayed  # noqa: PLC0415 - it comes with an extra
+    from joblib import Parallel, delayed  # noqa: PLC0415 - it is an optional dependency
 
     objects = catalogue(meshes)
     head = request.record(engine(), objects)
@@ -121,7 +122,7 @@ def write_data_set(
 
 
 def _parts(request: Request) -> dict[str, tuple[str, Plan | None]]:
-    """Return the object and, of a scene, the plan of each part of a data set, by the part's name."""
+    """Return the parts of a data set by name: the object and, for a scene, its plan."""
     parts: dict[str, tuple[str, Plan | None]] = {
         f"references/{name}": (name, None) for name in request.objects
     }
@@ -139,17 +140,17 @@ def _finish(
 
 
 def write_scene(
-    folder: Path, scene: Scene, frame: ImageSize, *, meshes: Mapping[str, MeshModel] | None = None
+    folder: Path, scene: Scene, size: ImageSize, *, meshes: Mapping[str, MeshModel] | None = None
 ) -> Written:
-    """Draw one scene and its reference into a folder of the same form.
+    """Draw one scene and its reference into a folder of the same layout as a data set.
 
     Parameters
     ----------
     folder : Path
-        Where it goes; absent, empty, or what a run of the same scene left.
+        Output folder: absent, empty, or left by a run of the same scene.
     scene : Scene
         What to draw.
-    frame : ImageSize
+    size : ImageSize
         Size of the views.
     meshes : mapping of str to MeshModel
         Objects made of meshes.
@@ -157,17 +158,17 @@ def write_scene(
     Raises
     ------
     InputError, MissingExtraError, RenderingError
-        See `write_data_set`; also when the scene has no robot.
+        See `write_data_set`; `InputError` also if the scene has no robot.
     """
     if not scene.robots:
         raise InputError("robots", value=scene.robots, must="must hold at least one robot")
     objects = catalogue(meshes)
     object_of(scene, objects)
-    head = manifest_head("scene", scene.seed, [scene.object], frame, engine(), objects)
+    head = manifest_head("scene", scene.seed, [scene.object], size, engine(), objects)
     head |= {"description_sha256": sha256(json_bytes(scene_record(scene)))}
     drawn = [
-        draw_reference(scene, frame, objects),
-        draw_scene(scene, frame, objects, level="as described"),
+        draw_reference(scene, size, objects),
+        draw_scene(scene, size, objects, level="as described"),
     ]
     begin(folder, head, open_folder(folder, head))
     entries = [keep(folder, part) for part in drawn]
@@ -175,12 +176,12 @@ def write_scene(
 
 
 def _make(folder: Path, request: Request, thing: Model | MeshModel, plan: Plan | None) -> dict[str, Any]:
-    """Draw one part and put it in its place; runs in a worker."""
+    """Draw one part into the folder and return its manifest entry; runs in a worker process."""
     objects = {thing.name: thing}
     if plan is None:
-        return keep(folder, draw_reference(reference_scene(request.set, thing), request.frame, objects))
+        return keep(folder, draw_reference(reference_scene(request.set, thing), request.size, objects))
     proposals = PROPOSE[request.set](plan, thing)
-    return keep(folder, find_scene(proposals, request.frame, objects, plan.level))
+    return keep(folder, find_scene(proposals, request.size, objects, plan.level))
 
 
 def reference_scene(kind: SetName, thing: Model | MeshModel) -> Scene:
@@ -189,7 +190,7 @@ def reference_scene(kind: SetName, thing: Model | MeshModel) -> Scene:
     Parameters
     ----------
     kind : {"physical", "case-study"}
-        Says where.
+        Determines the setting.
     thing : Model or MeshModel
         The object.
     """

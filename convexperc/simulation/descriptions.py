@@ -1,4 +1,4 @@
-"""Scenes as JSON, both ways and exactly: every field is a key, and every key a field."""
+"""Exact conversion of scenes to JSON and back: the keys are the fields."""
 
 import os
 from collections.abc import Mapping
@@ -10,6 +10,7 @@ from convexperc.files import read_json
 from convexperc.simulation.scenes import Scene
 
 FORMAT = "convexperc/scene/1"
+"""Name and version of the schema."""
 
 
 def scene_record(scene: Scene) -> dict[str, Any]:
@@ -24,14 +25,14 @@ def scene_of_record(record: object, place: str) -> Scene:
     Parameters
     ----------
     record : object
-        What JSON gives for a scene.
+        A scene as plain JSON values.
     place : str
         How an error names the record, for example its file.
 
     Raises
     ------
     FileFormatError
-        A key is missing or unknown, or a value has another type or lies outside its range.
+        A key is missing or unknown, or a value has the wrong type or is out of range.
     """
     if not isinstance(record, Mapping) or record.get("schema") != FORMAT:
         found = record.get("schema") if isinstance(record, Mapping) else record

@@ -1,4 +1,4 @@
-"""Draws whole scenes and references: the pictures and masks as files, and what a manifest says of them."""
+"""Drawing of scenes and references: pictures and masks as files, and their manifest entries."""
 
 import hashlib
 from collections.abc import Iterable
@@ -11,31 +11,32 @@ from convexperc.simulation.camera import Camera
 from convexperc.simulation.catalogue import Catalogue
 from convexperc.simulation.descriptions import scene_record
 from convexperc.simulation.image_size import ImageSize
-from convexperc.simulation.manifest import overhead_frame
+from convexperc.simulation.manifest import overhead_size
 from convexperc.simulation.mujoco_xml import Group
 from convexperc.simulation.proposing import Obstruction, Proposal, obstruction
 from convexperc.simulation.rendering import SceneRenderer, View, png
 from convexperc.simulation.scenes import Scene
 
-PROBE = ImageSize(80, 60, 1)
-"""Size at which the visible shares of a proposal are judged."""
+PROBE_SIZE = ImageSize(80, 60, 1)
+"""Size in pixels at which the visible shares of a proposal are measured: fast, and fine enough."""
 
-CLEAR: dict[Obstruction, tuple[float, float]] = {
+PROBE_SHARES: dict[Obstruction, tuple[float, float]] = {
     "full": (0.0, 0.02),
     "partial": (0.12, 0.8),
     "none": (0.94, 1.0),
 }
-"""Visible share that a proposed view must have, well inside the limits that hold for the finished one."""
+"""Visible share that a view must have at `PROBE_SIZE`: well inside the limits for the finished view, which
+`proposing` states."""
 
-DRAWS = 2000
-"""After so many draws a scene is given up."""
+MAX_DRAWS = 2000
+"""Number of proposals after which the search for a scene fails."""
 
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """Files and what is known of them.
+    """Drawn files and their manifest entry.
 
-    Parameters
+    Attributes
     ----------
     entry : dict
         The manifest's entry, plain JSON values.
@@ -47,7 +48,7 @@ class Drawn:
     files: dict[str, bytes]
 
 
-def draw_reference(scene: Scene, frame: ImageSize, objects: Catalogue) -> Drawn:
+def draw_reference(scene: Scene, size: ImageSize, objects: Catalogue) -> Drawn:
     """Draw a scene's object alone in its surroundings, as the reference camera sees it.
 
     Raises
@@ -55,13 +56,13 @@ def draw_reference(scene: Scene, frame: ImageSize, objects: Catalogue) -> Drawn:
     InputError, MissingExtraError, RenderingError
         See `SceneRenderer`.
     """
-    with SceneRenderer(scene, frame, objects) as renderer:
-        view = renderer.view("reference", frame, (Group.OBJECT, Group.SURROUNDINGS))
+    with SceneRenderer(scene, size, objects) as renderer:
+        view = renderer.view("reference", size, (Group.OBJECT, Group.SURROUNDINGS))
     named, files = _files(f"references/{scene.object}.png", view)
     return Drawn({"object": scene.object, **named, "description": scene_record(scene)}, files)
 
 
-def draw_scene(scene: Scene, frame: ImageSize, objects: Catalogue, level: str = "") -> Drawn:
+def draw_scene(scene: Scene, size: ImageSize, objects: Catalogue, level: str = "") -> Drawn:
     """Draw every robot's view of a scene, its mask, and the scene from above.
 
     Raises
@@ -69,46 +70,46 @@ def draw_scene(scene: Scene, frame: ImageSize, objects: Catalogue, level: str = 
     InputError, MissingExtraError, RenderingError
         See `SceneRenderer`.
     """
-    above = overhead_frame(frame)
+    above = overhead_size(size)
     with SceneRenderer(scene, above, objects) as renderer:
-        views = {name: renderer.view(name, frame) for name in scene.views()}
+        views = {name: renderer.view(name, size) for name in scene.views()}
         return _drawn(scene, level, views, png(renderer.picture("overhead", above)))
 
 
 def find_scene(
-    proposals: Iterable[Proposal | None], frame: ImageSize, objects: Catalogue, level: str
+    proposals: Iterable[Proposal | None], size: ImageSize, objects: Catalogue, level: str
 ) -> Drawn:
-    """Draw the first proposed scene whose views are as wanted, judged by measuring.
+    """Draw the first proposed scene whose measured obstructions are the wanted ones.
 
     Raises
     ------
     InputError
-        None of the proposals will do.
+        None of the first `MAX_DRAWS` proposals is suitable.
     MissingExtraError, RenderingError
         See `SceneRenderer`.
     """
-    above = overhead_frame(frame)
-    for proposal in islice(proposals, DRAWS):
+    above = overhead_size(size)
+    for proposal in islice(proposals, MAX_DRAWS):
         if proposal is None:
             continue
         scene = proposal.scene
         with SceneRenderer(scene, above, objects) as renderer:
             if not _promises(renderer, proposal):
                 continue
-            views = {name: renderer.view(name, frame) for name in scene.views()}
+            views = {name: renderer.view(name, size) for name in scene.views()}
             found = (obstruction(view.visible_share) for view in views.values())
             if all(want in (None, is_) for want, is_ in zip(proposal.wanted, found, strict=True)):
                 return _drawn(scene, level, views, png(renderer.picture("overhead", above)))
     must, remedy = "must be attainable", "Choose another object or seed, or meshes of a more usual shape."
-    raise InputError(f"level {level!r}", value=f"none in {DRAWS} draws", must=must, remedy=remedy)
+    raise InputError(f"level {level!r}", value=f"none in {MAX_DRAWS} draws", must=must, remedy=remedy)
 
 
 def _promises(renderer: SceneRenderer, proposal: Proposal) -> bool:
-    """Tell whether every view is clearly as wanted, at the size of a probe."""
+    """Return whether every view clearly has the wanted obstruction, measured at `PROBE_SIZE`."""
     for name, want in zip(proposal.scene.views(), proposal.wanted, strict=True):
         if want is not None:
-            low, high = CLEAR[want]
-            if not low <= renderer.visible_share(name, PROBE) <= high:
+            low, high = PROBE_SHARES[want]
+            if not low <= renderer.visible_share(name, PROBE_SIZE) <= high:
                 return False
     return True
 
@@ -137,7 +138,7 @@ def _files(path: str, view: View) -> tuple[dict[str, str], dict[str, bytes]]:
 
 
 def _pose(camera: Camera) -> dict[str, float]:
-    """Where a robot stands and where it faces, in metres and degrees."""
+    """Return position and heading of a robot, in metres and degrees."""
     x, y, _ = camera.position().tolist()
     heading = (camera.azimuth + camera.pan) % 360.0 - 180.0
     pose = {"azimuth": camera.bearing(), "distance": camera.distance, "height": camera.height}

@@ -1,4 +1,4 @@
-"""What a camera does to the light that falls in: exposure, blur and noise, in this order."""
+"""A camera's effects on a picture: exposure, blur and noise, in this order."""
 
 import zlib
 
@@ -15,19 +15,19 @@ Picture = UInt8[np.ndarray, "height width 3"]
 def apply_effects(
     samples: Float[np.ndarray, "height width 3"], camera: Camera, name: str, seed: int
 ) -> Picture:
-    """Return what the camera makes of a picture.
+    """Return the picture, (height, width, 3), that a camera makes of exact gray levels.
 
-    Exposure and blur act on the amount of light, to which the gray levels of sRGB are turned and from which
-    they are turned back; noise is added to the gray levels. A camera without effects only rounds.
+    Exposure and blur act on linear light, to which the gray levels of sRGB are converted and from which they
+    are converted back; noise is added to the gray levels. A camera without effects only rounds.
 
     Parameters
     ----------
     samples : ndarray, shape (height, width, 3)
         Gray levels in [0, 255].
     camera : Camera
-        Says how strong each effect is.
+        Gives the strength of each effect.
     name : str
-        The camera's name in its scene; cameras of other names have other noise.
+        The camera's name in its scene, part of the seed of its noise.
     seed : int
         The scene's seed, not negative.
     """

@@ -1,4 +1,4 @@
-"""How far parts reach: points on their surfaces."""
+"""Extents of parts: points on their surfaces."""
 
 import numpy as np
 from jaxtyping import Float
@@ -7,14 +7,14 @@ from scipy.spatial.transform import Rotation
 from convexperc.simulation.parts import Part
 
 STEPS = 64
-"""Points around a round part, and from pole to pole."""
+"""Points around a round part, and from pole to pole: an error of at most 0.2 % of its diameter."""
 
 
 def surface_points(part: Part) -> Float[np.ndarray, "points 3"]:
-    """Return points on the surface of a part, in metres, that reach as far as the part does.
+    """Return points (points, 3) on the surface of a part, in metres, that span its extent.
 
-    The corners of a box or a mesh are exact; a round part is sampled, which falls short of its extent by
-    less than 0.2 % of its diameter.
+    The corners of a box or a mesh are exact; a round part is sampled, which underestimates its extent by less
+    than 0.2 % of its diameter.
 
     Parameters
     ----------

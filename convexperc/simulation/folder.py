@@ -1,8 +1,8 @@
-"""The folder of a data set while it is being made: what is whole stays, and nothing is ever half there.
+"""The folder of a data set while it is being drawn: complete parts are kept, and no part is ever incomplete.
 
-A part is one scene or one reference. Its files are written beside their places and moved there together,
-and then its entry is put on record: whoever is stopped goes on later with the parts that lack an entry, or
-whose files have not the hashes of it. The manifest, which holds all entries, is written last.
+A part is one scene or one reference. Its files are written to a temporary folder and moved together, then its
+entry is recorded. An interrupted run is continued with the parts that have no entry, or whose files do not
+have the hashes of their entry. The manifest, which holds all entries, is written last.
 """
 
 import json
@@ -15,10 +15,11 @@ from convexperc.errors import InputError
 from convexperc.files import json_bytes, write_atomic
 from convexperc.simulation.drawing import Drawn, sha256
 
+# Names of files and temporary folders.
 MANIFEST, REQUEST, RECORDS, DRAWING = "manifest.json", "request.json", ".records", ".drawing"
 
 Entries = dict[str, dict[str, Any]]
-"""Entries of the manifest by the names of their parts, see `part_name`."""
+"""Manifest entries by the names of their parts, see `part_name`."""
 
 
 def part_name(entry: Mapping[str, Any]) -> str:
@@ -27,24 +28,24 @@ def part_name(entry: Mapping[str, Any]) -> str:
 
 
 def open_folder(folder: Path, head: Mapping[str, Any]) -> Entries:
-    """Make the folder of a data set, or look at what is there of it.
+    """Create the folder of a data set, or return the parts that exist in it.
 
     Parameters
     ----------
     folder : Path
-        Absent, empty, or what a run with the same head left.
+        Absent, empty, or left by a run with the same head.
     head : mapping
-        What the manifest begins with.
+        Head of the manifest.
 
     Returns
     -------
     dict of str to dict
-        Entry of each part that is there as a whole.
+        Manifest entries of the complete parts.
 
     Raises
     ------
     InputError
-        The folder cannot be written, holds other things, or was begun with another head.
+        The folder cannot be written, holds other files, or was begun with another head.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -62,11 +63,11 @@ def open_folder(folder: Path, head: Mapping[str, Any]) -> Entries:
         shown = {key: begun.get(key) for key in differing}
         must = f"must have been begun with the same {', '.join(differing)} as is asked for now"
         raise InputError(f"output {folder}", value=shown, must=must, remedy="Choose another folder.")
-    return {name: entry for name, entry in entries.items() if _is_whole(folder, entry)}
+    return {name: entry for name, entry in entries.items() if _is_complete(folder, entry)}
 
 
 def _begun(folder: Path) -> tuple[dict[str, Any], Entries]:
-    """Return head and entries of a data set, finished or not; empty where there is none."""
+    """Return head and entries of a data set, complete or not; empty if there is none."""
     manifest = _load(folder / MANIFEST)
     if manifest:
         entries = [*manifest.pop("references", []), *manifest.pop("scenes", [])]
@@ -76,7 +77,7 @@ def _begun(folder: Path) -> tuple[dict[str, Any], Entries]:
 
 
 def _load(path: Path) -> dict[str, Any]:
-    """Read a record; empty if there is none that can be read."""
+    """Read a record; empty if it is missing or not readable."""
     try:
         record = json.loads(path.read_bytes())
     except (OSError, ValueError):
@@ -84,8 +85,8 @@ def _load(path: Path) -> dict[str, Any]:
     return record if isinstance(record, dict) else {}
 
 
-def _is_whole(folder: Path, entry: Mapping[str, Any]) -> bool:
-    """Tell whether all files of a part are there and have the hashes of its entry."""
+def _is_complete(folder: Path, entry: Mapping[str, Any]) -> bool:
+    """Return whether all files of a part exist and have the hashes of its entry."""
     try:
         return all(sha256((folder / path).read_bytes()) == digest for path, digest in _hashes(entry))
     except OSError:
@@ -101,8 +102,8 @@ def _hashes(entry: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield entry["overhead"], entry["overhead_sha256"]
 
 
-def begin(folder: Path, head: Mapping[str, Any], whole: Entries) -> None:
-    """Put on record what is asked for and which parts are whole; a manifest gives way to that.
+def begin(folder: Path, head: Mapping[str, Any], complete: Entries) -> None:
+    """Record the request and the complete parts; they replace the manifest, if there is one.
 
     Raises
     ------
@@ -111,19 +112,19 @@ def begin(folder: Path, head: Mapping[str, Any], whole: Entries) -> None:
     """
     write_atomic(folder / REQUEST, json_bytes(head))
     if (folder / MANIFEST).exists():
-        for entry in whole.values():
-            _put_on_record(folder, entry)
+        for entry in complete.values():
+            _record_entry(folder, entry)
         (folder / MANIFEST).unlink()
 
 
-def _put_on_record(folder: Path, entry: Mapping[str, Any]) -> None:
+def _record_entry(folder: Path, entry: Mapping[str, Any]) -> None:
     path = folder / RECORDS / f"{part_name(entry)}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomic(path, json_bytes(entry))
 
 
 def keep(folder: Path, drawn: Drawn) -> dict[str, Any]:
-    """Put a part's files in their places and its entry on record; return the entry.
+    """Move a part's files into the folder, record its entry and return it.
 
     Raises
     ------
@@ -140,14 +141,14 @@ def keep(folder: Path, drawn: Drawn) -> dict[str, Any]:
             own = parent.name == drawn.entry.get("name") and len(parent.parts) > 1
             _move(beside / parent, folder / parent, shared=not own)
         shutil.rmtree(beside)
-        _put_on_record(folder, drawn.entry)
+        _record_entry(folder, drawn.entry)
     except OSError as problem:
         raise _unwritable(folder, problem) from None
     return drawn.entry
 
 
 def _move(source: Path, target: Path, shared: bool) -> None:
-    """Move a folder of one scene as a whole, or the files of one that several scenes share."""
+    """Move the folder of one scene, or the files of a folder that several scenes share."""
     if shared:
         target.mkdir(parents=True, exist_ok=True)
         for path in sorted(source.iterdir()):
@@ -160,7 +161,7 @@ def _move(source: Path, target: Path, shared: bool) -> None:
 
 
 def close_folder(folder: Path, manifest: Mapping[str, Any]) -> None:
-    """Write the manifest and remove what is no longer needed.
+    """Write the manifest and remove the temporary files.
 
     Raises
     ------

@@ -7,12 +7,12 @@ from convexperc.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class ImageSize:
-    """How many pixels a picture has, and how many samples each.
+    """Pixels of a picture, and samples of each pixel.
 
-    Parameters
+    Attributes
     ----------
     width, height : int
-        Size, in pixels.
+        In pixels.
     supersampling : int
         Each pixel is the mean of a square of this many samples a side.
 

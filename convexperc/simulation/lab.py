@@ -6,19 +6,19 @@ from convexperc.simulation.obstacles import cardboard_box
 from convexperc.simulation.parts import Part, box, disc
 from convexperc.simulation.pose import placed
 
-ROOM = 6.0
+ROOM_SIDE = 6.0
 """Side of the square room around the object, in metres."""
 
-CEILING = 2.5
-"""Height of its walls in metres; it is open above, for a view of the whole."""
+WALL_HEIGHT = 2.5
+"""Height of the walls in metres; there is no ceiling, so that the overhead camera sees the room."""
 
 
 def lab() -> Iterator[Part]:
-    """Yield a room whose walls differ in colour and in what stands in front of them.
+    """Yield a room whose walls differ in colour and furniture.
 
-    Each wall is built as the one at the far end of +x, 0 to ROOM / 2 away along x, and turned into place.
+    Each wall is built at x = ROOM_SIDE / 2 and rotated into place.
     """
-    yield box("vinyl", (ROOM, ROOM, 0.08), (0.0, 0.0, -0.04))
+    yield box("vinyl", (ROOM_SIDE, ROOM_SIDE, 0.08), (0.0, 0.0, -0.04))
     sides = (
         (0.0, "wall-sand", _entrance()),
         (90.0, "wall-sage", _library()),
@@ -32,13 +32,13 @@ def lab() -> Iterator[Part]:
 
 def _wall(paint: str) -> Iterator[Part]:
     """Yield a wall with its skirting board."""
-    yield box(paint, (0.1, ROOM + 0.1, CEILING), (ROOM / 2 + 0.05, -0.05, CEILING / 2))
-    yield box("skirting", (0.02, ROOM, 0.1), (ROOM / 2 - 0.01, 0.0, 0.05))
+    yield box(paint, (0.1, ROOM_SIDE + 0.1, WALL_HEIGHT), (ROOM_SIDE / 2 + 0.05, -0.05, WALL_HEIGHT / 2))
+    yield box("skirting", (0.02, ROOM_SIDE, 0.1), (ROOM_SIDE / 2 - 0.01, 0.0, 0.05))
 
 
 def _entrance() -> Iterator[Part]:
     """Yield a door in its frame, a cabinet of drawers and a chair."""
-    wall = ROOM / 2
+    wall = ROOM_SIDE / 2
     yield box("skirting", (0.06, 1.06, 2.13), (wall - 0.01, 0.6, 1.065))
     yield box("door", (0.06, 0.9, 2.05), (wall - 0.03, 0.6, 1.03))
     yield box("steel", (0.06, 0.12, 0.025), (wall - 0.08, 0.26, 1.02))
@@ -53,8 +53,8 @@ def _entrance() -> Iterator[Part]:
 def _library() -> Iterator[Part]:
     """Yield two shelves with rows of books, and a plain post between them."""
     for y, books in ((-0.85, 0), (1.15, 2)):
-        yield from placed(_shelves(books), (ROOM / 2 - 0.17, y, 0.0))
-    yield box("carton", (0.3, 0.4, 0.28), (ROOM / 2 - 0.22, 2.5, 0.14))
+        yield from placed(_shelves(books), (ROOM_SIDE / 2 - 0.17, y, 0.0))
+    yield box("carton", (0.3, 0.4, 0.28), (ROOM_SIDE / 2 - 0.22, 2.5, 0.14))
 
 
 def _shelves(first: int) -> Iterator[Part]:
@@ -78,7 +78,7 @@ def _shelves(first: int) -> Iterator[Part]:
 
 def _desk() -> Iterator[Part]:
     """Yield a table with a screen, a whiteboard above and a chair."""
-    wall = ROOM / 2
+    wall = ROOM_SIDE / 2
     yield box("steel", (0.03, 2.04, 1.14), (wall - 0.015, 0.3, 1.6))
     yield box("board", (0.04, 1.96, 1.06), (wall - 0.02, 0.3, 1.6))
     yield box("furniture", (0.7, 1.6, 0.04), (wall - 0.4, 0.35, 0.72))
@@ -94,7 +94,7 @@ def _desk() -> Iterator[Part]:
 
 def _store() -> Iterator[Part]:
     """Yield a window over a radiator, and a heap of cartons."""
-    wall = ROOM / 2
+    wall = ROOM_SIDE / 2
     yield box("skirting", (0.04, 1.5, 1.2), (wall - 0.01, -0.6, 1.6))
     yield box("pane", (0.05, 1.36, 1.06), (wall - 0.012, -0.6, 1.6))
     yield box("skirting", (0.06, 0.05, 1.1), (wall - 0.012, -0.6, 1.6))

@@ -28,6 +28,7 @@ RED_CAR = Scene(
         Obstacle("barrel", azimuth=112.0, distance=4.2, width=0.62, height=0.95),
     ),
 )
+"""A saloon; two of five robots see it from behind obstacles."""
 
 GRAY_CAR = Scene(
     name="gray-car",
@@ -50,6 +51,7 @@ GRAY_CAR = Scene(
         Obstacle("crate", azimuth=-68.0, distance=4.5, width=1.0, height=1.0, turn=25.0),
     ),
 )
+"""An estate; two of five robots see it from behind obstacles."""
 
 ICA_SIGN = Scene(
     name="ica-sign",
@@ -71,5 +73,7 @@ ICA_SIGN = Scene(
         Obstacle("barrel", azimuth=-95.0, distance=3.4, width=0.62, height=0.95),
     ),
 )
+"""The sign; two of five robots see it from behind obstacles."""
 
 SCENES = (RED_CAR, GRAY_CAR, ICA_SIGN)
+"""All three."""

@@ -14,14 +14,14 @@ from convexperc.simulation.materials import Colour
 
 @dataclass(frozen=True, slots=True)
 class Light:
-    """What shines on a scene. Strengths are per red, green and blue; a white surface in 1 is just white.
+    """The light of a scene. Strengths are for red, green and blue; a white surface in light 1 is just white.
 
-    Parameters
+    Attributes
     ----------
     name : str
-        What it is called in a data set.
+        Its name in a data set.
     ambient : tuple of float
-        Light from everywhere.
+        Light from all directions.
     fill : tuple of float
         Weak light from the camera's side, without shadows.
     sun : tuple of float
@@ -31,7 +31,7 @@ class Light:
     elevation : float
         Height of the sun above the horizon, in degrees.
     sky : tuple of float
-        By what the colours of the sky are multiplied.
+        Factors of the colours of the sky.
 
     Raises
     ------
@@ -70,6 +70,7 @@ BRIGHT = Light(
     elevation=60.0,
     sky=(1.0, 1.0, 1.0),
 )
+"""Daylight."""
 DIM = Light(
     name="dim",
     ambient=(0.18, 0.19, 0.21),
@@ -79,6 +80,7 @@ DIM = Light(
     elevation=48.0,
     sky=(0.42, 0.44, 0.5),
 )
+"""About 0.43 of the light of `BRIGHT`."""
 WARM = Light(
     name="warm",
     ambient=(0.44, 0.38, 0.3),
@@ -88,6 +90,7 @@ WARM = Light(
     elevation=38.0,
     sky=(1.0, 0.87, 0.72),
 )
+"""Reddish light."""
 GREEN = Light(
     name="green",
     ambient=(0.33, 0.42, 0.34),
@@ -97,6 +100,7 @@ GREEN = Light(
     elevation=60.0,
     sky=(0.78, 1.0, 0.82),
 )
+"""Greenish light."""
 
 LIGHTS: Mapping[str, Light] = MappingProxyType({light.name: light for light in (BRIGHT, DIM, WARM, GREEN)})
 """Every preset by its name."""

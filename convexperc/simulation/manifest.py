@@ -1,4 +1,4 @@
-"""The head of a manifest: everything on which a data set's bytes depend."""
+"""The head of a manifest: everything that determines the files of a data set."""
 
 from collections.abc import Iterable
 from dataclasses import asdict
@@ -11,34 +11,35 @@ from convexperc.simulation.catalogue import Catalogue, mesh_sha256
 from convexperc.simulation.image_size import ImageSize
 from convexperc.simulation.opengl import Engine
 
+# Explains the numbers of a manifest to its readers.
 UNITS = (
     "metres; degrees; azimuth anticlockwise from above, 0 where the reference is taken; a view is fully"
     " obstructed where at most 0.05 of the object is visible, not at all from 0.9 on"
 )
 
 
-def overhead_frame(frame: ImageSize) -> ImageSize:
-    """Return the size of the overhead picture that goes with views of size `frame`."""
-    return ImageSize(2 * frame.width, 2 * frame.height, frame.supersampling)
+def overhead_size(size: ImageSize) -> ImageSize:
+    """Return the size of the overhead picture, twice that of the views."""
+    return ImageSize(2 * size.width, 2 * size.height, size.supersampling)
 
 
 def manifest_head(
-    kind: str, seed: int, names: Iterable[str], frame: ImageSize, engine: Engine, objects: Catalogue
+    kind: str, seed: int, names: Iterable[str], size: ImageSize, engine: Engine, objects: Catalogue
 ) -> dict[str, Any]:
-    """Return what a manifest begins with, plain JSON values.
+    """Return the head of a manifest, plain JSON values.
 
     Parameters
     ----------
     kind : str
         ``"physical"``, ``"case-study"`` or ``"scene"``.
     seed : int
-        Seed of what is random.
+        Seed of the random layouts.
     names : iterable of str
         The objects.
-    frame : ImageSize
+    size : ImageSize
         Size of the views.
     engine : Engine
-        What draws.
+        The versions that draw.
     objects : mapping of str to Model or MeshModel
         The known objects by name.
 
@@ -59,8 +60,8 @@ def manifest_head(
         "seed": seed,
         "engine": asdict(engine),
         "opencv": cv2.__version__,
-        "image": asdict(frame),
-        "overhead_image": asdict(overhead_frame(frame)),
+        "image": asdict(size),
+        "overhead_image": asdict(overhead_size(size)),
         "units": UNITS,
         "objects": {name: mesh_sha256(objects[name]) for name in chosen},
     }

@@ -1,8 +1,8 @@
-"""The paints of every part in a scene.
+"""The paints of the parts of a scene.
 
-A paint is a share of reflected light for each of red, green and blue, so that it looks right in a dim and in
-a coloured light as well: nothing glows, and every share is one that real paints have. A surface that
-reflected nothing of a colour would vanish in a light of that colour.
+A paint is given by its reflectances for red, green and blue, so that it also looks right in dim and in
+coloured light. Nothing emits light, and all reflectances are within the range of real paints: a surface of
+reflectance 0 for a colour would be black in light of that colour.
 """
 
 from collections.abc import Mapping
@@ -12,20 +12,20 @@ from types import MappingProxyType
 from convexperc.errors import InputError
 
 Colour = tuple[float, float, float]
-"""Shares of red, green and blue light that a surface reflects in all directions."""
+"""Diffuse reflectances for red, green and blue, in [0, 1]."""
 
-DARKEST, BRIGHTEST = 0.04, 0.96
-"""Shares of light that black paint and white paint reflect."""
+LEAST_REFLECTANCE, GREATEST_REFLECTANCE = 0.04, 0.96
+"""Reflectances of black and of white paint."""
 
 
 @dataclass(frozen=True, slots=True)
 class Material:
     """A plain paint.
 
-    Parameters
+    Attributes
     ----------
     colour : tuple of float
-        Share of red, green and blue light that it reflects, each in [`DARKEST`, `BRIGHTEST`].
+        Reflectances, each in [`LEAST_REFLECTANCE`, `GREATEST_REFLECTANCE`].
     specular : float
         Strength of its highlight, in [0, 1].
     shininess : float
@@ -52,14 +52,14 @@ class Material:
 class Pattern:
     """A matt surface of rectangles in two colours, like a chessboard with joints.
 
-    Parameters
+    Attributes
     ----------
     first, second : tuple of float
-        Colours of the rectangles; the shares lie in [`DARKEST`, `BRIGHTEST`].
+        Colours of the rectangles, within the same limits as those of a `Material`.
     joint : tuple of float
         Colour of the lines between them.
     repeat : tuple of float
-        How often a square of two by two rectangles is repeated in a metre, along x and along y.
+        Number of squares of two by two rectangles in a metre, along x and along y.
 
     Raises
     ------
@@ -80,8 +80,8 @@ class Pattern:
 
 
 def _check_colour(name: str, colour: Colour) -> None:
-    if not all(DARKEST <= share <= BRIGHTEST for share in colour):
-        must = f"must hold three shares of light in [{DARKEST}, {BRIGHTEST}]"
+    if not all(LEAST_REFLECTANCE <= share <= GREATEST_REFLECTANCE for share in colour):
+        must = f"must hold three shares of light in [{LEAST_REFLECTANCE}, {GREATEST_REFLECTANCE}]"
         raise InputError(name, value=colour, must=must)
 
 

@@ -1,10 +1,10 @@
-"""Objects from a person's own meshes: a folder of OBJ files, with a texture if there is one.
+"""Objects from the user's meshes: folders of OBJ files, with an optional texture.
 
 ``DIR/<object>/*.obj`` are the pieces of one object, ``*.png`` is their common texture (at most one), and
 ``object.json`` may hold ``scale`` (metres a unit of the files), ``up`` (``"z"`` or ``"y"``, the axis that
-points up in the files) and ``turn`` (degrees anticlockwise from above; after it, the object's best known
-side has to face +x). All are optional. Without a scale the object is made as large as the one of the same
-name in the package, or 0.3 m high at most.
+points up in the files) and ``turn`` (degrees anticlockwise from above; after it, the object's most
+recognisable side must face +x). All are optional. Without a scale, the object is scaled to the size of the
+package's object of the same name or, if there is none, to a radius of 0.25 m or a height of 0.3 m.
 """
 
 import hashlib
@@ -24,20 +24,22 @@ from convexperc.simulation.checks import check_name, check_range
 from convexperc.simulation.objects import OBJECTS
 
 SETTINGS = "object.json"
-LARGEST = 2**26
-"""Bytes that a mesh or a texture may have."""
-USUAL_RADIUS, USUAL_HEIGHT = 0.25, 0.3
-"""Room in metres that an object without a scale and without a namesake may take."""
+"""Name of the file of settings."""
+MAX_FILE_BYTES = 2**26
+"""Largest mesh or texture file in bytes: 64 MiB."""
+DEFAULT_RADIUS, DEFAULT_HEIGHT = 0.25, 0.3
+"""Largest radius and height in metres of an object without a scale whose name is not in the package: the size
+of the objects in the lab."""
 
 
 @dataclass(frozen=True, slots=True)
 class MeshModel:
     """An object made of mesh files, which stands on z = 0 at the origin once it is placed.
 
-    Parameters
+    Attributes
     ----------
     name : str
-        What it is called: its folder's name.
+        Its folder's name.
     pieces : tuple of (str, bytes)
         Name and content of each OBJ file.
     texture : bytes or None
@@ -47,11 +49,11 @@ class MeshModel:
     rotation : tuple of float
         Unit quaternion (w, x, y, z) that is applied to the scaled pieces.
     position : tuple of float
-        By what they are moved then, in metres.
+        Translation of the rotated pieces, in metres.
     radius, height : float
         The upright cylinder about the origin that holds the object, in metres.
     sha256 : str
-        Hash of all that the folder says.
+        Hash of the files and of the settings.
     """
 
     name: str
@@ -67,7 +69,7 @@ class MeshModel:
 
 @dataclass(frozen=True, slots=True)
 class _Settings:
-    """What ``object.json`` may say."""
+    """The settings of ``object.json``."""
 
     scale: float | None = None
     up: str = "z"
@@ -139,15 +141,17 @@ def _hash(
 def _content(path: Path) -> bytes:
     try:
         size = path.stat().st_size
-        if size > LARGEST:
-            raise InputError(f"file {path.name}", value=size, must=f"must have at most {LARGEST} bytes")
+        if size > MAX_FILE_BYTES:
+            raise InputError(
+                f"file {path.name}", value=size, must=f"must have at most {MAX_FILE_BYTES} bytes"
+            )
         return path.read_bytes()
     except OSError as problem:
         raise InputError(f"file {path.name}", value=problem.strerror, must="must be readable") from None
 
 
 def _vertices(folder: str, name: str, content: bytes) -> Float[np.ndarray, "points 3"]:
-    """Return the corners that an OBJ file lists, in its own units."""
+    """Return the vertices of an OBJ file, in the units of the file."""
     rows = [line.split()[1:4] for line in content.splitlines() if line.startswith((b"v ", b"v\t"))]
     try:
         points = np.array(rows, dtype=np.float64)
@@ -160,7 +164,7 @@ def _vertices(folder: str, name: str, content: bytes) -> Float[np.ndarray, "poin
 
 
 def _settings(folder: Path) -> _Settings:
-    """Return what ``object.json`` says, or what holds without it."""
+    """Return the settings of ``object.json``, or the defaults."""
     path = folder / SETTINGS
     if not path.exists():
         return _Settings()
@@ -184,9 +188,9 @@ def _settings(folder: Path) -> _Settings:
 
 
 def _factor(name: str, radius: float, height: float) -> float:
-    """Return the scale at which the object just fits into the room of its namesake."""
+    """Return the scale at which the object just fits into its namesake's cylinder, or the default one."""
     if not (radius > 0.0 and height > 0.0 and math.isfinite(radius * height)):
         raise InputError(f"mesh folder {name}", value=(radius, height), must="must have a width and a height")
     room = OBJECTS.get(name)
-    across, upright = (USUAL_RADIUS, USUAL_HEIGHT) if room is None else (room.radius, room.height)
+    across, upright = (DEFAULT_RADIUS, DEFAULT_HEIGHT) if room is None else (room.radius, room.height)
     return min(across / radius, upright / height)

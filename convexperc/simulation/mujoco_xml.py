@@ -1,4 +1,4 @@
-"""Writes a scene as MJCF, MuJoCo's XML."""
+"""Scenes as MJCF, MuJoCo's XML."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
@@ -17,15 +17,15 @@ from convexperc.simulation.scenes import Scene
 from convexperc.simulation.surroundings import SURROUNDINGS, Surroundings
 
 SHADOWS: Mapping[str, tuple[float, int]] = {"park": (10.0, 2048), "lab": (2.0, 1024)}
-"""Where shadows fall, by surroundings: half the side in metres of the square around the object, and texels a
-side of the map of shadows, which takes most of the time of a picture."""
+"""Shadow map by surroundings: half the side in metres of the square that it covers around the object, and its
+texels on a side. It takes most of the time of a picture."""
 
 SKY: tuple[Colour, Colour] = ((0.32, 0.55, 0.85), (0.88, 0.92, 0.95))
 """Colours of the sky at its top and at the horizon."""
 
 
 class Group(IntEnum):
-    """MuJoCo's geometry group of each kind of thing, so that a renderer can leave it out."""
+    """MuJoCo's geometry groups, by which a renderer selects what it draws."""
 
     OBJECT = 0
     SURROUNDINGS = 1
@@ -35,14 +35,14 @@ class Group(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """A scene in MuJoCo's language.
+    """A scene in MJCF.
 
-    Parameters
+    Attributes
     ----------
     xml : str
         MJCF, without an XML declaration; lengths in metres, angles in degrees.
     assets : mapping of str to bytes
-        Content of each file that it names.
+        Content of each file that `xml` names.
     """
 
     xml: str
@@ -63,7 +63,7 @@ def mjcf(scene: Scene, objects: Catalogue = OBJECTS) -> Document:
     Raises
     ------
     InputError
-        The scene's object is not among them, or its meshes are others.
+        The scene's object is not among them, or has other meshes.
     """
     thing, around = object_of(scene, objects), SURROUNDINGS[scene.surroundings]
     root = ET.Element("mujoco", model=scene.name)
@@ -130,7 +130,7 @@ def _paints(assets: ET.Element, light: Light) -> None:
 
 
 def _ground(world: ET.Element, light: Light, around: Surroundings, reach: float) -> None:
-    """Add the sun and the ground without end."""
+    """Add the sun and the infinite ground plane."""
     direction = light.direction()
     sun = {"pos": _numbers(-1.5 * reach * direction), "dir": _numbers(direction)}
     sun |= {"diffuse": _numbers(light.sun), "specular": _numbers(0.75 * value for value in light.sun)}
@@ -166,7 +166,7 @@ def _body(
 
 
 def _mesh_body(world: ET.Element, assets: ET.Element, thing: MeshModel) -> dict[str, bytes]:
-    """Add an object made of files; return their contents by the names that the document gives them."""
+    """Add an object made of mesh files; return their contents by their names in the document."""
     files = {f"object-{k}.obj": content for k, (_, content) in enumerate(thing.pieces, start=1)}
     body = ET.SubElement(world, "body", name="object")
     paint = {"name": "mesh-paint", "specular": "0.2", "shininess": "0.3"}

@@ -1,6 +1,6 @@
-"""What may stand between a robot and the object.
+"""Obstacles between a robot and the object.
 
-Each builder yields a thing that stands on z = 0 and faces +x, given its full width and height in metres.
+Each builder yields an obstacle that stands on z = 0 and faces +x, given its full width and height in metres.
 """
 
 from collections.abc import Callable, Iterator, Mapping

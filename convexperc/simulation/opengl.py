@@ -1,4 +1,4 @@
-"""One OpenGL context a process, made when something is first drawn and kept: making one takes 0.1 s."""
+"""One OpenGL context for each process, created at the first picture and kept: creating one takes 0.1 s."""
 
 import importlib
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from convexperc.simulation.backends import INSTALL, Backend, RenderingError, cho
 
 @dataclass(frozen=True, slots=True)
 class Engine:
-    """What draws: with the same MuJoCo, renderer and OpenGL, pictures are the same to the bit.
+    """The versions that draw: if they are equal, so are all pixels.
 
-    Parameters
+    Attributes
     ----------
     mujoco : str
         Version of MuJoCo.
     backend : {"egl", "osmesa"}
-        How a picture without a display is obtained.
+        OpenGL without a display.
     renderer : str
         OpenGL's name of the renderer, for example ``"llvmpipe (LLVM 15.0.6, 256 bits)"``.
     opengl : str
@@ -33,7 +33,7 @@ class Engine:
 
 
 def load_mujoco() -> ModuleType:
-    """Import MuJoCo, after the way to OpenGL has been chosen.
+    """Import MuJoCo, after the choice of the OpenGL backend.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def load_mujoco() -> ModuleType:
 
 
 def window() -> Any:
-    """Return this process's OpenGL context, which is made current.
+    """Make this process's OpenGL context current and return it.
 
     Raises
     ------

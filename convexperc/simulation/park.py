@@ -5,17 +5,17 @@ from math import cos, pi, radians, sin
 
 from convexperc.simulation.parts import Part, blob, box, disc
 
-PAVED = 34.0
+PAVED_SIDE = 34.0
 """Side of the paved square around the object, in metres."""
 
 
 def park() -> Iterator[Part]:
     """Yield the surroundings: a paved square with a kerb, trees around it, three halls and hills far away."""
-    yield box("paving", (PAVED, PAVED, 0.1), (0.0, 0.0, -0.05))
-    half = PAVED / 2
+    yield box("paving", (PAVED_SIDE, PAVED_SIDE, 0.1), (0.0, 0.0, -0.05))
+    half = PAVED_SIDE / 2
     for side in (-half, half):
-        yield box("concrete", (0.3, PAVED + 0.3, 0.16), (side, 0.0, 0.08))
-        yield box("concrete", (PAVED + 0.3, 0.3, 0.16), (0.0, side, 0.08))
+        yield box("concrete", (0.3, PAVED_SIDE + 0.3, 0.16), (side, 0.0, 0.08))
+        yield box("concrete", (PAVED_SIDE + 0.3, 0.3, 0.16), (0.0, side, 0.08))
     for k in range(22):
         angle, reach = 2 * pi * k / 22 + 0.1 * (k % 3), 25.0 + 2.5 * ((k * 7) % 5)
         yield from _tree(reach * cos(angle), reach * sin(angle), 0.8 + 0.12 * ((k * 5) % 4))

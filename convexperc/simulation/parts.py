@@ -13,9 +13,9 @@ Shape = Literal["box", "cylinder", "capsule", "ellipsoid", "mesh"]
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One piece of a model, in the model's own frame.
+    """One piece of a model, in the model's coordinates.
 
-    Parameters
+    Attributes
     ----------
     shape : {"box", "cylinder", "capsule", "ellipsoid", "mesh"}
         Kind of body.
@@ -25,7 +25,7 @@ class Part:
         Half sizes in metres: (x, y, z) of a box or an ellipsoid; (radius, half length) of a cylinder or
         a capsule, whose axis is z. Empty for a mesh.
     position : tuple of float
-        Centre, in metres. A mesh keeps its own coordinates.
+        Centre, in metres; not used for a mesh.
     rotation : tuple of float
         Euler angles about x, y and z, in degrees.
     vertices : tuple of points

@@ -15,16 +15,17 @@ from convexperc.simulation.proposing import Obstruction, Plan, Proposal, assembl
 from convexperc.simulation.setting import LAB
 
 ROBOTS = 6
+"""Number of rovers in a scene, as in the paper."""
 
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """How many of the six views are obstructed.
+    """A level of obstruction of the six views.
 
-    Parameters
+    Attributes
     ----------
     name : str
-        In words.
+        Its name in the manifest.
     partial, full : int
         Number of partially and of fully obstructed views.
     """
@@ -41,17 +42,18 @@ LEVELS = (
     Level("one full, one partial", 1, 1),
     Level("two full, two partial", 2, 2),
 )
+"""From no obstruction to obstructions of most views."""
 
 
 def proposals(plan: Plan, thing: Model | MeshModel) -> Iterator[Proposal | None]:
-    """Yield one proposal after another, without end.
+    """Yield proposals without end.
 
     Parameters
     ----------
     plan : Plan
         Its level is the name of one of `LEVELS`.
     thing : Model or MeshModel
-        What the robots look at.
+        The object.
     """
     level = next(one for one in LEVELS if one.name == plan.level)
     random = np.random.default_rng(plan.seed)

@@ -1,4 +1,4 @@
-"""Where an obstacle has to stand to hide an object from a camera, and whether things stand in each other."""
+"""Placement of obstacles that hide an object from a camera, and tests of overlap."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from convexperc.simulation.scenes import Obstacle
 from convexperc.simulation.setting import Setting
 
 Cover = Literal["all", "side", "foot"]
-"""What an obstacle hides: the whole object, what is left or right of a line, or what is below a height."""
+"""The part of the object that an obstacle hides: all, one side of a vertical line, or below a height."""
 
 
 def hiding_obstacle(
@@ -19,8 +19,8 @@ def hiding_obstacle(
 ) -> Obstacle | None:
     """Return an obstacle between a camera and an object that hides all or a part of it.
 
-    The object is taken for the upright cylinder that holds it, so that more of it may stay visible than
-    is meant: the share has to be measured.
+    The object is approximated by the upright cylinder that contains it, so that the visible share may differ
+    from the intended one and has to be measured.
 
     Parameters
     ----------
@@ -29,16 +29,16 @@ def hiding_obstacle(
     radius, height : float
         Of the object's cylinder, in metres.
     setting : Setting
-        Says which obstacles there are.
+        Determines the kinds of obstacles.
     random : numpy.random.Generator
-        Decides where on the line of sight it stands, and how much a partial one hides.
+        Chooses the position on the line of sight, and how much a partial obstacle hides.
     cover : {"all", "side", "foot"}
         What to hide.
 
     Returns
     -------
     Obstacle or None
-        None when there is no room for it between the robot and the object.
+        None if there is no space for it between the robot and the object.
     """
     reach = camera.distance
     near, far = radius + setting.margin, reach - setting.robot_reach - setting.margin
@@ -69,15 +69,16 @@ def hiding_obstacle(
 
 
 def _line_of_sight(camera: Camera, radius: float, height: float, gap: float) -> float:
-    """Return how high, at `gap` metres from a camera, what it sees of an object up to `height` may be."""
+    """Return the height, `gap` metres from a camera, of its line of sight to an object's top at `height`."""
     edge = camera.distance + (radius if height < camera.height else -radius)
     return camera.height + (height - camera.height) * gap / edge
 
 
 def stand_apart(cameras: Sequence[Camera], obstacles: Sequence[Obstacle], setting: Setting) -> bool:
-    """Tell whether no robot stands in another one or in an obstacle, and no two obstacles in each other.
+    """Return whether no two robots or obstacles overlap.
 
-    Each thing is taken for a circle: a robot's reach about its lens, an obstacle's width about its centre.
+    Each is approximated by a circle: a robot by its reach about the lens, an obstacle by half its width about
+    its centre.
     """
     circles = [(camera.position()[:2], setting.robot_reach) for camera in cameras]
     circles += [(thing.position()[:2], thing.width / 2) for thing in obstacles]

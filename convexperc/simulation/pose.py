@@ -1,4 +1,4 @@
-"""Parts turned and moved as one."""
+"""Rotation and translation of several parts."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -14,16 +14,16 @@ from convexperc.simulation.parts import Part, Point
 def placed(
     parts: Iterable[Part], position: Point = (0.0, 0.0, 0.0), rotation: Point = (0.0, 0.0, 0.0)
 ) -> Iterator[Part]:
-    """Yield parts turned about the origin by `rotation` (degrees) and then moved by `position` (metres).
+    """Yield parts rotated about the origin by `rotation` (degrees) and then moved by `position` (metres).
 
     Parameters
     ----------
     parts : iterable of Part
         What to place.
     position : tuple of float
-        Where the origin of the parts comes to lie.
+        New position of the origin of the parts, in metres.
     rotation : tuple of float
-        Euler angles as those of a `Part`.
+        Euler angles in degrees, as those of a `Part`.
     """
     turn = Rotation.from_euler("XYZ", rotation, degrees=True)
     for part in parts:

@@ -1,4 +1,4 @@
-"""Scenes drawn at random: proposals, each with what its views have to be like; measuring decides."""
+"""Random scenes: proposals, each with the obstructions that its views must have, to be measured."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -16,30 +16,30 @@ from convexperc.simulation.setting import Setting
 
 Obstruction = Literal["none", "partial", "full"]
 
-FULL, NONE = 0.05, 0.9
-"""A view is fully obstructed up to the first visible share, and not at all from the second on."""
+FULL_SHARE, UNOBSTRUCTED_SHARE = 0.05, 0.9
+"""Visible shares up to which a view is fully obstructed, and from which it is not obstructed."""
 
 LIGHT_SHARES: Mapping[str, float] = {"bright": 0.64, "dim": 0.14, "warm": 0.12, "green": 0.1}
-"""How often each light is drawn."""
+"""Probability of each light."""
 
 
 def obstruction(visible_share: float) -> Obstruction:
-    """Return how much of the object is hidden from a view."""
-    if visible_share <= FULL:
+    """Return the obstruction of a view from its visible share, in [0, 1]."""
+    if visible_share <= FULL_SHARE:
         return "full"
-    return "none" if visible_share >= NONE else "partial"
+    return "none" if visible_share >= UNOBSTRUCTED_SHARE else "partial"
 
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """A scene and what it is meant to show.
+    """A scene and the obstructions that its views must have.
 
-    Parameters
+    Attributes
     ----------
     scene : Scene
-        What is where.
+        The proposed scene.
     wanted : tuple of {"none", "partial", "full"} or None
-        Obstruction that each robot's view must have; None where any will do.
+        Obstruction that each robot's view must have; None where any is allowed.
     """
 
     scene: Scene
@@ -48,18 +48,18 @@ class Proposal:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Which scene of a data set is to be found.
+    """Which scene of a data set is to be drawn.
 
-    Parameters
+    Attributes
     ----------
     name : str
         Name of the scene.
     number : int
         Its number among the scenes of this object and level, from 1.
     level : str
-        What its views have to be like, in words.
+        Name of its level of obstruction.
     seed : tuple of int
-        Seed of everything random in it.
+        Seed of its random numbers.
     """
 
     name: str
@@ -69,9 +69,7 @@ class Plan:
 
 
 Propose = Callable[[Plan, Model | MeshModel], Iterator[Proposal | None]]
-"""Gives one proposal after another for a plan and the object to look at, without end.
-
-None stands for a draw in which things would stand in each other."""
+"""Yields proposals for a plan and an object, without end; None for a draw with overlapping things."""
 
 
 def base_scene(plan: Plan, thing: Model | MeshModel, setting: Setting, random: np.random.Generator) -> Scene:
@@ -108,7 +106,7 @@ def random_light(random: np.random.Generator) -> Light:
 
 
 def random_camera(azimuth: float, reference: Camera, setting: Setting, random: np.random.Generator) -> Camera:
-    """Return a robot's camera in that direction (degrees) at about the reference's distance."""
+    """Return a robot's camera at an azimuth (degrees), at about the distance of the reference."""
     return Camera(
         azimuth=round((azimuth + 180.0) % 360.0 - 180.0, 3),
         distance=round(reference.distance * float(random.uniform(0.94, 1.22)), 4),
@@ -128,7 +126,7 @@ def hide(
     setting: Setting,
     random: np.random.Generator,
 ) -> list[Obstacle] | None:
-    """Return an obstacle for each view that is to be hidden; None if there is no room for one."""
+    """Return an obstacle for each view that is to be obstructed; None if there is no space for one."""
     found = []
     for camera, kind in zip(cameras, wanted, strict=True):
         if kind in ("partial", "full"):
@@ -141,7 +139,7 @@ def hide(
 
 
 def scatter(setting: Setting, random: np.random.Generator) -> list[Obstacle]:
-    """Return none to two solid obstacles in the background."""
+    """Return zero to two solid obstacles in the background."""
     return [
         Obstacle(
             setting.solid,
@@ -163,7 +161,7 @@ def assemble(
     setting: Setting,
     random: np.random.Generator,
 ) -> Proposal | None:
-    """Return the scene with robots and obstacles, or None if things would stand in each other."""
+    """Return the scene with robots and obstacles, or None if any of them would overlap."""
     hiding = hide(cameras, wanted, thing, setting, random)
     things = None if hiding is None else [*hiding, *scatter(setting, random)]
     if things is None or not stand_apart(cameras, things, setting):

@@ -1,8 +1,8 @@
-"""Draws a scene with MuJoCo, without a display.
+"""Drawing of scenes with MuJoCo, without a display.
 
-MuJoCo comes with the extra ``sim`` (``pip install 'convexperc[sim]'``). It needs an OpenGL library of the
-system, which the environment variable ``MUJOCO_GL`` may choose: ``egl`` or ``osmesa``. When it is unset,
-EGL is taken if its library is installed, otherwise OSMesa. Neither needs a graphics card. On Debian and
+MuJoCo is installed by the extra ``sim`` (``pip install 'convexperc[sim]'``). It needs an OpenGL library of
+the operating system, which the environment variable ``MUJOCO_GL`` selects: ``egl`` or ``osmesa``. If it is
+unset, EGL is used if its library is installed, otherwise OSMesa. Neither needs a graphics card. On Debian and
 Ubuntu, ``apt-get install libegl1 libgl1-mesa-dri`` installs EGL and ``apt-get install libosmesa6`` OSMesa.
 """
 
@@ -31,16 +31,16 @@ Mask = UInt8[np.ndarray, "height width"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What a camera sees.
+    """A camera's picture of a scene, and where the object is in it.
 
-    Parameters
+    Attributes
     ----------
     picture : ndarray of uint8, (height, width, 3)
         Red, green, blue.
     mask : ndarray of uint8, (height, width)
         255 where the object is seen, else 0.
     visible_share : float
-        Samples that show the object / samples that show it when it is alone, in [0, 1].
+        Number of samples that show the object, divided by their number when it is alone, in [0, 1].
     """
 
     picture: Picture
@@ -50,14 +50,14 @@ class View:
 
 @final
 class SceneRenderer:
-    """Draws one scene; a context manager, because OpenGL's memory has to be given back.
+    """Draws one scene; a context manager that releases OpenGL's memory.
 
     Parameters
     ----------
     scene : Scene
         What to draw.
     largest : ImageSize
-        No picture will have more samples a side.
+        Upper limit of the samples on each side of a picture.
     objects : mapping of str to Model or MeshModel
         The known objects by name.
 
@@ -103,21 +103,21 @@ class SceneRenderer:
         self.close()
 
     def close(self) -> None:
-        """Give OpenGL's memory back; nothing can be drawn any more."""
+        """Release OpenGL's memory; afterwards nothing can be drawn."""
         self._window.make_current()
         self._context.free()
 
-    def picture(self, camera: str, frame: ImageSize, groups: Collection[Group] = tuple(Group)) -> Picture:
-        """Draw what a camera sees, with the camera's effects.
+    def picture(self, camera: str, size: ImageSize, groups: Collection[Group] = tuple(Group)) -> Picture:
+        """Draw a camera's picture, with its effects.
 
         Parameters
         ----------
         camera : str
             A name from `Scene.cameras`.
-        frame : ImageSize
+        size : ImageSize
             Size of the picture.
         groups : collection of Group
-            What is present; everything by default.
+            The groups to draw; all by default.
 
         Raises
         ------
@@ -127,18 +127,18 @@ class SceneRenderer:
         self._update(camera, groups)
         for geometry in self._drawn.geoms[: self._drawn.ngeom]:
             if self._model.geom_group[geometry.objid] == Group.SURROUNDINGS:
-                # MuJoCo draws no shadows of decoration, and most of the time goes into shadows.
+                # MuJoCo draws no shadows of decoration; shadows take most of the time.
                 geometry.category = self._mujoco.mjtCatBit.mjCAT_DECOR.value
-        side = frame.supersampling
-        blocks = self._read(frame).reshape(frame.height, side, frame.width, side, 3)
+        side = size.supersampling
+        blocks = self._read(size).reshape(size.height, side, size.width, side, 3)
         return apply_effects(blocks.mean(axis=(1, 3)), self._cameras[camera], camera, self.scene.seed)
 
-    def view(self, camera: str, frame: ImageSize, groups: Collection[Group] = tuple(Group)) -> View:
-        """Draw what a camera sees, and where the object is in it.
+    def view(self, camera: str, size: ImageSize, groups: Collection[Group] = tuple(Group)) -> View:
+        """Draw a camera's picture and the mask of the object.
 
         Parameters
         ----------
-        camera, frame, groups
+        camera, size, groups
             As for `picture`.
 
         Raises
@@ -148,15 +148,15 @@ class SceneRenderer:
         RenderingError
             The object lies outside of the picture even when it is alone.
         """
-        seen = self._object_samples(camera, frame, groups)
-        side = frame.supersampling
-        count = seen.reshape(frame.height, side, frame.width, side).sum(axis=(1, 3))
+        seen = self._object_samples(camera, size, groups)
+        side = size.supersampling
+        count = seen.reshape(size.height, side, size.width, side).sum(axis=(1, 3))
         mask = np.where(2 * count >= side * side, np.uint8(255), np.uint8(0))
-        share = int(seen.sum()) / self._alone(camera, frame)
-        return View(self.picture(camera, frame, groups), mask, share)
+        share = int(seen.sum()) / self._alone(camera, size)
+        return View(self.picture(camera, size, groups), mask, share)
 
-    def visible_share(self, camera: str, frame: ImageSize) -> float:
-        """Return the samples that show the object, divided by those that show it when it is alone.
+    def visible_share(self, camera: str, size: ImageSize) -> float:
+        """Return the number of samples that show the object, divided by their number when it is alone.
 
         Raises
         ------
@@ -165,25 +165,25 @@ class SceneRenderer:
         RenderingError
             The object lies outside of the picture even when it is alone.
         """
-        return int(self._object_samples(camera, frame, tuple(Group)).sum()) / self._alone(camera, frame)
+        return int(self._object_samples(camera, size, tuple(Group)).sum()) / self._alone(camera, size)
 
-    def _alone(self, camera: str, frame: ImageSize) -> int:
+    def _alone(self, camera: str, size: ImageSize) -> int:
         """Count the samples that show the object when it is alone; at least one."""
-        alone = int(self._object_samples(camera, frame, (Group.OBJECT,)).sum())
+        alone = int(self._object_samples(camera, size, (Group.OBJECT,)).sum())
         if alone == 0:
             must, remedy = "must contain a part of the object", "Change its pan, distance or height."
             raise RenderingError(f"the picture of {camera}", value=alone, must=must, remedy=remedy)
         return alone
 
     def _object_samples(
-        self, camera: str, frame: ImageSize, groups: Collection[Group]
+        self, camera: str, size: ImageSize, groups: Collection[Group]
     ) -> Bool[np.ndarray, "rows columns"]:
-        """Tell at which samples the foremost surface is the object's."""
+        """Return at which samples the foremost surface is the object's."""
         self._update(camera, groups)
         flags = [self._mujoco.mjtRndFlag.mjRND_SEGMENT, self._mujoco.mjtRndFlag.mjRND_IDCOLOR]
         for flag in flags:
             self._drawn.flags[flag] = True
-        samples = self._read(frame)
+        samples = self._read(size)
         for flag in flags:
             self._drawn.flags[flag] = False
         codes = samples.astype(np.int32) @ np.array([1, 1 << 8, 1 << 16], dtype=np.int32)
@@ -193,7 +193,7 @@ class SceneRenderer:
         return of_object[codes]
 
     def _update(self, camera: str, groups: Collection[Group]) -> None:
-        """Say what is drawn, and seen from where."""
+        """Set what is drawn and the camera."""
         if camera not in self._cameras:
             raise InputError("camera", value=camera, must=f"must be one of {', '.join(self._cameras)}")
         mujoco = self._mujoco
@@ -206,17 +206,17 @@ class SceneRenderer:
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(self._model, self._data, option, None, view, everything, self._drawn)
 
-    def _read(self, frame: ImageSize) -> UInt8[np.ndarray, "rows columns 3"]:
-        """Draw the scene at the full number of samples; rows from the top."""
-        samples = np.empty((frame.rows, frame.columns, 3), dtype=np.uint8)
+    def _read(self, size: ImageSize) -> UInt8[np.ndarray, "rows columns 3"]:
+        """Draw the scene with all samples; rows from the top."""
+        samples = np.empty((size.rows, size.columns, 3), dtype=np.uint8)
         self._window.make_current()
-        area = self._mujoco.MjrRect(0, 0, frame.columns, frame.rows)
+        area = self._mujoco.MjrRect(0, 0, size.columns, size.rows)
         self._mujoco.mjr_render(area, self._drawn, self._context)
         self._mujoco.mjr_readPixels(samples, None, area, self._context)
         return np.ascontiguousarray(samples[::-1])
 
     def _new_context(self, largest: ImageSize) -> Any:
-        """Hand the model's meshes and textures to OpenGL."""
+        """Upload the model's meshes and textures to OpenGL."""
         mujoco = self._mujoco
         try:
             context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_50.value)

@@ -1,4 +1,4 @@
-"""What a data set is asked to be: everything on which its bytes depend."""
+"""The request of a data set: everything that determines its files."""
 
 import zlib
 from collections.abc import Iterator
@@ -21,49 +21,49 @@ OBJECTS_OF: dict[SetName, tuple[str, ...]] = {
     "physical": tuple(model.name for model in PHYSICAL),
     "case-study": tuple(model.name for model in CASE_STUDY),
 }
-"""Objects of each set, when no others are asked for."""
+"""Default objects of each kind of data set."""
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
     """A data set to be drawn.
 
-    Parameters
+    Attributes
     ----------
     set : {"physical", "case-study"}
-        Which kind of scenes.
+        The kind of scenes.
     seed : int
         Seed of every random layout.
     scenes : int
-        How many scenes of each object, and in the physical set of each level.
+        Number of scenes of each object and, in the physical set, of each level.
     objects : tuple of str
         Names of objects, at least one, all different.
-    frame : ImageSize
+    size : ImageSize
         Size of the views.
 
     Raises
     ------
     InputError
-        A number is outside its range, or an object is named twice or not at all.
+        A number is out of range, or an object is named twice, or none is named.
     """
 
     set: SetName
     seed: int
     scenes: int
     objects: tuple[str, ...]
-    frame: ImageSize
+    size: ImageSize
 
     def __post_init__(self) -> None:
         check_range("seed", self.seed, 0, 2**63 - 1)
         check_range("scenes", self.scenes, 1, 99)
-        if min(self.frame.width, self.frame.height) < 32:
-            raise InputError("size", value=self.frame, must="must be at least 32 pixels a side")
+        if min(self.size.width, self.size.height) < 32:
+            raise InputError("size", value=self.size, must="must be at least 32 pixels a side")
         if not self.objects or len(set(self.objects)) < len(self.objects):
             must = "must name at least one object, each once"
             raise InputError("objects", value=self.objects, must=must)
 
     def plans(self) -> Iterator[tuple[str, Plan]]:
-        """Yield every scene's object and plan; a scene does not depend on which others are asked for."""
+        """Yield the object and plan of every scene; a scene does not depend on the others of the request."""
         for name in self.objects:
             if self.set == "case-study":
                 for number in range(1, self.scenes + 1):
@@ -87,5 +87,5 @@ class Request:
         InputError
             An object is not known.
         """
-        head = manifest_head(self.set, self.seed, self.objects, self.frame, engine, objects)
+        head = manifest_head(self.set, self.seed, self.objects, self.size, engine, objects)
         return {**head, "scenes_each": self.scenes}

@@ -12,7 +12,7 @@ def husky(lens_height: float) -> Iterator[Part]:
     Parameters
     ----------
     lens_height : float
-        Height in metres of its lens, which is straight above the origin; a mast carries it.
+        Height in metres of its lens, which is on a mast above the origin.
     """
     middle = 0.3
     yield box("husky", (0.9, 0.4, 0.2), (middle, 0.0, 0.3))
@@ -33,7 +33,7 @@ def rover(lens_height: float) -> Iterator[Part]:
     Parameters
     ----------
     lens_height : float
-        Height in metres of its lens, which is straight above the origin, at least 0.11.
+        Height in metres of its lens, which is above the origin; at least 0.11.
     """
     middle, wheel, deck = 0.08, 0.034, 0.075
     yield box("chassis", (0.22, 0.11, 0.006), (middle, 0.0, deck))

@@ -24,7 +24,7 @@ LENS_HEIGHTS: dict[RobotKind, tuple[float, float]] = {"husky": (0.5, 3.0), "rove
 """Lowest and highest lens of each kind of robot, in metres."""
 
 OVERHEAD = Camera(azimuth=-28.0, distance=15.0, height=21.0, field_of_view=39.0)
-"""Looks at a scene in the park from above."""
+"""Default overhead camera, for scenes in the park."""
 
 
 def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
@@ -36,17 +36,17 @@ def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
 class Robot:
     """A wheeled robot that stands under its camera's lens and faces where the camera looks.
 
-    Parameters
+    Attributes
     ----------
     kind : {"husky", "rover"}
         A robot of a metre's length, or one of a quarter of a metre.
     camera : Camera
-        Its eye, and thereby its place.
+        Its camera, which determines its position.
 
     Raises
     ------
     InputError
-        There is no such kind, or it cannot carry a lens at that height.
+        There is no such kind, or its lens cannot be at that height.
     """
 
     kind: RobotKind
@@ -61,7 +61,7 @@ class Robot:
 class Obstacle:
     """Something near the object that may hide it.
 
-    Parameters
+    Attributes
     ----------
     kind : str
         A name of `convexperc.simulation.obstacles.OBSTACLES`.
@@ -72,9 +72,9 @@ class Obstacle:
     width, height : float
         Full extents, in metres.
     elevation : float
-        Height of its foot above the floor, in metres: on top of another one.
+        Height of its foot above the floor, in metres, for one on top of another.
     turn : float
-        Degrees by which its face is turned away from facing outwards.
+        Rotation in degrees from facing outwards.
 
     Raises
     ------
@@ -100,7 +100,7 @@ class Obstacle:
         check_range("turn", self.turn, -180.0, 180.0)
 
     def position(self) -> Float[np.ndarray, "3"]:
-        """Return the centre of its foot, in metres."""
+        """Return the centre (3,) of its foot, in metres."""
         return place(self.azimuth, self.distance, self.elevation)
 
 
@@ -110,10 +110,10 @@ class Scene:
 
     The same description gives the same pixels on the same engine.
 
-    Parameters
+    Attributes
     ----------
     name : str
-        What the scene is called; becomes the name of its folder.
+        Name of the scene and of its folder.
     object : str
         A name of `convexperc.simulation.objects.OBJECTS`, or of a folder of meshes.
     target_height : float
@@ -129,9 +129,9 @@ class Scene:
     surroundings : str
         A name of `convexperc.simulation.surroundings.SURROUNDINGS`.
     turn : float
-        Degrees by which the surroundings are turned around the object, anticlockwise from above.
+        Rotation of the surroundings about the object in degrees, anticlockwise from above.
     light : Light
-        What shines.
+        The light.
     seed : int
         Seed of the cameras' noise, not negative.
     mesh_sha256 : str
@@ -140,7 +140,7 @@ class Scene:
     Raises
     ------
     InputError
-        A value is outside its range, or there is no such place.
+        A value is out of range, or there are no such surroundings.
     """
 
     name: str

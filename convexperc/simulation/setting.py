@@ -1,4 +1,4 @@
-"""What the scenes of one data set have in common: the place, the robots and how far they stand."""
+"""What the scenes of one data set have in common: surroundings, robots, obstacles and distances."""
 
 import math
 from dataclasses import dataclass
@@ -7,21 +7,21 @@ from convexperc.simulation.obstacles import ObstacleKind
 from convexperc.simulation.scenes import RobotKind
 
 ASPECT = 4 / 3
-"""Width of a picture over its height, for which distances are chosen."""
+"""Width of a picture divided by its height, for which distances are chosen: that of 160 x 120 pixels."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Where the scenes of a data set are, who looks, and what may hide the object.
+    """Surroundings, robots and obstacles of the scenes of a data set.
 
-    Parameters
+    Attributes
     ----------
     surroundings : str
         A name of `convexperc.simulation.surroundings.SURROUNDINGS`.
     robot : {"husky", "rover"}
         Kind of every robot.
     robot_reach : float
-        Radius in metres of the circle about the lens that holds the robot.
+        Radius in metres of the circle about the lens that contains the robot.
     lens : tuple of float
         Lowest and highest lens, in metres.
     field_of_view : float
@@ -31,13 +31,13 @@ class Setting:
     distances : tuple of float
         Least and greatest distance in metres from which a reference is taken.
     fill : float
-        Share of the picture's height or width that the object takes in its reference.
+        Fraction of the picture's height or width that the object fills in its reference.
     solid, flat : str
         Kinds of obstacles: as deep as wide, and thin.
     widest : float
         Greatest width in metres of a solid obstacle.
     thickness : float
-        Depth in metres that a flat obstacle takes.
+        Depth in metres reserved for a flat obstacle.
     margin : float
         Least distance in metres between things.
     yard : tuple of float
@@ -63,7 +63,7 @@ class Setting:
     overhead: tuple[float, float]
 
     def distance_of(self, radius: float, height: float) -> float:
-        """Return the distance in metres at which an object of that radius and height fills its share."""
+        """Return the distance in metres at which an object of a radius and height in metres fills `fill`."""
         slope = math.tan(math.radians(self.field_of_view / 2))
         wanted = max(height / 2, radius / ASPECT) / (slope * self.fill)
         return min(max(wanted, self.distances[0]), self.distances[1])

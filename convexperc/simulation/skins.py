@@ -1,4 +1,4 @@
-"""Parts with a skin of triangles: convex hulls, lofted, turned and swept bodies."""
+"""Triangle meshes: convex hulls, and lofted, turned and swept bodies."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -68,7 +68,7 @@ def turned(
         Points in metres, with the outside on the right hand of the way from the first to the last. A point
         given twice is a sharp edge. An end with a radius above 0 is closed by a flat disc.
     position : tuple of float
-        Where radius 0, height 0 comes to lie.
+        Position of radius 0, height 0, in metres.
     axis : {"x", "y", "z"}
         Direction of growing height.
     steps : int
@@ -144,7 +144,7 @@ def _smooth(knots: Float[np.ndarray, "knots values"], cuts: int) -> Float[np.nda
 
 
 def _skin(material: str, sections: Sequence[Rings]) -> Part:
-    """Return the mesh of sections that meet at sharp edges: each has corners of its own."""
+    """Return the mesh of sections that meet at sharp edges, and therefore share no corners."""
     vertices: list[Float[np.ndarray, "corners 3"]] = []
     faces: list[Int[np.ndarray, "faces 3"]] = []
     count = 0

@@ -1,4 +1,4 @@
-"""The places in which scenes are set."""
+"""The surroundings of scenes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ from convexperc.simulation.parts import Part
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What is around the object and the robots.
+    """The fixed parts around the object and the robots.
 
-    Parameters
+    Attributes
     ----------
     parts : tuple of Part
-        What stands or lies there; the floor under the object has its upper face at z = 0.
+        The floor under the object has its upper face at z = 0.
     ground : str
-        Material of the plane without end on which everything lies.
+        Material of the infinite plane below everything.
     ground_height : float
         Height of that plane in metres; it is at most 0.
     """
@@ -34,4 +34,4 @@ SURROUNDINGS: Mapping[str, Surroundings] = MappingProxyType(
         "lab": Surroundings(tuple(lab()), "screed", ground_height=-0.1),
     }
 )
-"""Every place by its name."""
+"""All surroundings by name."""

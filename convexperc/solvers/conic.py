@@ -1,4 +1,4 @@
-"""The ground truth: Eq. (full) posed directly in CVXPY and solved by Clarabel."""
+"""The reference solver: Eq. (full) posed directly in CVXPY and solved by Clarabel."""
 
 import threading
 import warnings
@@ -21,8 +21,10 @@ class Model:
     Attributes
     ----------
     problem : cvxpy.Problem
-    w, u : cvxpy.Variable
-    o, lambda1, lambda2, lambda3 : cvxpy.Parameter
+    w, u : cvxpy.Variable, (n,) and (d,)
+    o : cvxpy.Parameter, (d,)
+    lambda1, lambda2, lambda3 : cvxpy.Parameter
+        Scalars >= 0.
     """
 
     problem: Any
@@ -48,13 +50,13 @@ class Model:
         return cls(cp.Problem(cp.Minimize(objective)), w, u, o, lambda1, lambda2, lambda3)
 
     def assign(self, problem: Problem) -> None:
-        """Put the data of one template into the parameters."""
+        """Set the parameters to the data of one template."""
         self.o.value = problem.o
         self.lambda1.value, self.lambda2.value, self.lambda3.value = problem.lambdas
 
 
 class ModelCache:
-    """The last few compiled models, by the data that they were compiled for."""
+    """The most recently used compiled models, by X and partition."""
 
     def __init__(self, size: int = 4) -> None:
         self._size = size
@@ -62,11 +64,11 @@ class ModelCache:
         self.lock = threading.Lock()
 
     def __reduce__(self) -> tuple[type["ModelCache"], tuple[int]]:
-        """Pickle without the models: compiled CVXPY problems do not travel."""
+        """Pickle without the models: compiled CVXPY problems cannot be pickled."""
         return ModelCache, (self._size,)
 
     def model(self, problem: Problem) -> Model:
-        """Return the model compiled for this X and partition, compiling it if it is new."""
+        """Return the model compiled for this X and partition, compiling it if necessary."""
         columns = tuple(np.r_[c].tobytes() for c in problem.modalities)
         key = problem.X.shape, problem.X.tobytes(), columns
         if key not in self._models:
@@ -79,19 +81,20 @@ class ModelCache:
 
 @dataclass(frozen=True)
 class Conic:
-    """CVXPY + Clarabel, tight.
+    """CVXPY + Clarabel, with tolerances near the limit of float64.
 
     Attributes
     ----------
     tolerance : float
-        Clarabel's tol_gap_abs, tol_gap_rel and tol_feas. Much below this it stops for lack of progress, at
-        a worse point.
+        Clarabel's tol_gap_abs, tol_gap_rel and tol_feas. Much below the default it stops for insufficient
+        progress, at a worse point.
     regularisation : float
         Clarabel's static regularisation; with its default, 1e-8, one answer in ten stays above a relative
         gap of 1e-8.
     refinements : int
-        Steps of iterative refinement for each linear system, to full precision.
+        Largest number of steps of iterative refinement for each linear system.
     max_iterations : int
+        Of the interior point method.
     """
 
     tolerance: float = 1e-12
@@ -116,14 +119,14 @@ class Conic:
         with self._cache.lock:
             model = self._cache.model(problem)
             model.assign(problem)
-            claim = self._solve(model)
+            status = self._solve(model)
             w, u = model.w.value, model.u.value
             iterations = model.problem.solver_stats.num_iters if model.problem.solver_stats else 0
         if w is None or u is None:
             remedy = "Normalise the problem (convexperc.solve does) or choose another solver."
-            raise SolverError("Clarabel", value=claim, must="must return a point", remedy=remedy)
+            raise SolverError("Clarabel", value=status, must="must return a point", remedy=remedy)
         return SolverResult(
-            np.array(w, dtype=np.float64), np.array(u, dtype=np.float64), claim, int(iterations or 0)
+            np.array(w, dtype=np.float64), np.array(u, dtype=np.float64), status, int(iterations or 0)
         )
 
     def _solve(self, model: Model) -> str:

@@ -1,4 +1,4 @@
-"""What every solver looks like: a frozen bundle of named parameters with one method."""
+"""The interface of every solver: frozen parameters, a name and one method."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -9,17 +9,18 @@ from convexperc.problem.problem import Problem
 
 @dataclass(frozen=True, eq=False)
 class SolverResult:
-    """A solver's answer to one problem; nothing is proved of it yet.
+    """A solver's answer to one problem; no bound of its error is proved yet.
 
     Attributes
     ----------
     w : float64 (n,)
     u : float64 (d,)
     solver_status : str
-        What the solver says of its answer, word for word; nothing relies on it.
+        The solver's own status text, verbatim; no certificate uses it.
     iterations : int
+        As the solver counts them.
     dual : pair of float64 (d,) and (n,), or None
-        The solver's own dual point (a, b), to be tried by the certificate.
+        The solver's dual point (a, b), which the certificate may use.
     """
 
     w: Vector
@@ -31,7 +32,7 @@ class SolverResult:
 
 @runtime_checkable
 class Solver(Protocol):
-    """Answers one normalised problem; judges nothing."""
+    """Answers one normalised problem; the certificate bounds its error."""
 
     @property
     def name(self) -> str:
@@ -43,5 +44,5 @@ class Solver(Protocol):
         Raises
         ------
         SolverError
-            The solver raised, returned no point, or cannot treat this kind of problem.
+            The solver raised, returned no point, or does not support this kind of problem.
         """

@@ -1,4 +1,4 @@
-"""An independent judge wherever Eq. (full) is a quadratic programme: OSQP, given the matrices directly."""
+"""An independent solver for the cases in which Eq. (full) is a quadratic programme: OSQP."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from convexperc.solvers.interface import SolverResult
 
 
 def is_quadratic(problem: Problem) -> bool:
-    """Whether ||u||_M is absent (lambda3 = 0) or an l1-norm (one-column modalities)."""
+    """Whether the problem is a QP: ||u||_M is absent (lambda3 = 0) or the l1-norm (one-column modalities)."""
     return problem.lambda3 == 0.0 or max(problem.modalities.sizes) == 1
 
 
@@ -25,8 +25,9 @@ class Quadratic:
     Attributes
     ----------
     tolerance : float
-        OSQP's eps_abs and eps_rel; below what ADMM reaches, its polish step does the rest.
+        OSQP's eps_abs and eps_rel; its polish step goes beyond the accuracy that ADMM reaches.
     max_iterations : int
+        Of ADMM.
     """
 
     tolerance: float = 1e-9
@@ -63,7 +64,7 @@ class Quadratic:
 def _matrices(
     problem: Problem,
 ) -> tuple[sparse.csc_matrix, np.ndarray, sparse.csc_matrix, np.ndarray, np.ndarray]:
-    """P, c, A, l, u of OSQP's form for the unknowns (w, u, p, q, s, t)."""
+    """Return P, c, A, l, u of OSQP's form, min x'Px/2 + c'x with l <= Ax <= u, for x = (w, u, p, q, s, t)."""
     n, d, X = problem.n, problem.d, sparse.csc_matrix(problem.X)
     eye_n, eye_d = sparse.eye(n), sparse.eye(d)
     P = sparse.block_diag(

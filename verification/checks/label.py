@@ -111,8 +111,8 @@ def _quotient(value: Enclosure, square: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def _share(found: Recognition, left: list[tuple[Fraction, Fraction]]) -> Observation:
-    """The same answers decided by the explained share."""
-    again = recognizing.decided_by(found, "explained share")
+    """The same answers decided by the explained fraction."""
+    again = recognizing.decided_by(found, "explained fraction")
     j = _place(again)
     if j is None:
         return Observation("B4/share", Outcome.SKIPPED, detail=f"no label: {again.verdict.value}")

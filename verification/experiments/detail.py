@@ -31,7 +31,7 @@ def detail(measured: Measured, explained: Tried, baselines: Floats, known: Known
     ----------
     measured : Measured
     explained : Tried
-        The settings' trials, decided by the explained share.
+        The settings' trials, decided by the explained fraction.
     baselines : float64 (scenes, baselines, counts, repetitions)
     known : Known
     """

@@ -24,7 +24,7 @@ def limits(measured: Measured, known: Known, explained: float) -> dict[str, Any]
     measured : Measured
     known : Known
     explained : float
-        Score of all views with both norms, decided by the explained share.
+        Score of all views with both norms, decided by the explained fraction.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""The objects that robots look at, each made of simple parts.
+"""The objects to be recognised, each made of simple parts.
 
-`OBJECTS` holds them by name: two cars and a sign, as large as real ones, for the scenes in the park, and
-eight things of 0.2 to 0.5 m for those in the lab.
+`OBJECTS` holds them by name: two cars and a sign, life-size, for the scenes in the park, and eight objects of
+0.2 to 0.5 m for those in the lab.
 """
 
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ PHYSICAL: tuple[Model, ...] = (
     model("locomotive", locomotive()),
     model("desk-lamp", desk_lamp()),
 )
-"""Eight toys and household things for the scenes in the lab. Paper: Section IV-B (the choice is ours)."""
+"""Eight toys and household objects for the scenes in the lab. Paper: Section IV-B (the choice is ours)."""
 
 OBJECTS: Mapping[str, Model] = MappingProxyType({one.name: one for one in CASE_STUDY + PHYSICAL})
 """Every object by its name."""

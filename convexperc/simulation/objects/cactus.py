@@ -7,7 +7,7 @@ from convexperc.simulation.parts import Part, blob, rod
 from convexperc.simulation.skins import swept, turned
 
 RIBS = 10
-"""Of the trunk."""
+"""Number of ribs of the trunk."""
 
 
 def cactus() -> Iterator[Part]:

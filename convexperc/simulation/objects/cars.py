@@ -14,17 +14,22 @@ Profile = tuple[tuple[float, float], ...]
 """Points (y, z) in metres; the nose points to +y."""
 
 WHEEL_RADIUS = 0.34
+"""Outer radius of a tyre, in metres."""
 ARCH_RADIUS = 0.41
-FLOOR = 0.22
-BELT = 0.93
+"""Radius of a wheel arch, in metres."""
+FLOOR_HEIGHT = 0.22
+"""Height of the lower edge of the body, in metres."""
+BELT_HEIGHT = 0.93
+"""Height of the belt line, above which the cabin narrows, in metres."""
 HALF_WIDTH = 0.89
+"""Half the width of the body, in metres."""
 
 
 @dataclass(frozen=True, slots=True)
 class CarStyle:
     """The side view of a car.
 
-    Parameters
+    Attributes
     ----------
     deck : Profile
         Upper edge of the body from tail to nose: boot, belt line, bonnet.
@@ -48,7 +53,7 @@ class CarStyle:
     def cabin_half_width(self, z: float) -> float:
         """Return half the width of the cabin at height `z`, both in metres: the sides lean inwards."""
         height = max(top for _, top in self.roof)
-        return 0.82 - 0.2 * (z - BELT) / (height - BELT)
+        return 0.82 - 0.2 * (z - BELT_HEIGHT) / (height - BELT_HEIGHT)
 
 
 SALOON = CarStyle(
@@ -67,6 +72,7 @@ SALOON = CarStyle(
     ),
     gaps=(-1.02, -0.26, 0.88),
 )  # fmt: skip
+"""A saloon 4.6 m long."""
 
 ESTATE = CarStyle(
     deck=(
@@ -85,6 +91,7 @@ ESTATE = CarStyle(
     ),
     gaps=(-1.0, -0.23, 0.88),
 )  # fmt: skip
+"""An estate 4.4 m long."""
 
 
 def car(style: CarStyle, paint: str) -> Iterator[Part]:
@@ -138,7 +145,7 @@ def _stations(style: CarStyle) -> Float[np.ndarray, " stations"]:
 
 def _sill(style: CarStyle, y: Float[np.ndarray, " stations"]) -> Float[np.ndarray, " stations"]:
     """Lower edge of the body, interrupted by the wheel arches."""
-    lowest: Float[np.ndarray, " stations"] = FLOOR + 0.1 * np.clip((np.abs(y) - 1.9) / 0.35, 0.0, 1.0)
+    lowest: Float[np.ndarray, " stations"] = FLOOR_HEIGHT + 0.1 * np.clip((np.abs(y) - 1.9) / 0.35, 0.0, 1.0)
     for axle in style.axles:
         inside = ARCH_RADIUS**2 - (y - axle) ** 2
         arch = WHEEL_RADIUS + np.sqrt(np.maximum(inside, 0.0))

@@ -12,17 +12,21 @@ CABIN: tuple[Station, ...] = (
     (0.04, 0.132, 0.165, 0.17), (0.12, 0.112, 0.135, 0.13), (0.165, 0.095, 0.075, 0.07),
     (0.18, 0.092, 0.0, 0.0),
 )  # fmt: skip
+"""Cross sections of the cabin, in metres."""
 GLAZING: tuple[Station, ...] = (
     (0.02, 0.152, 0.0, 0.0), (0.025, 0.152, 0.12, 0.1), (0.06, 0.148, 0.165, 0.135),
     (0.12, 0.136, 0.158, 0.132), (0.175, 0.117, 0.1, 0.085), (0.192, 0.11, 0.0, 0.0),
 )  # fmt: skip
+"""Cross sections of the glazed nose, in metres."""
 COWLING: tuple[Station, ...] = (
     (-0.12, 0.2, 0.0, 0.0), (-0.11, 0.2, 0.06, 0.03), (-0.01, 0.211, 0.09, 0.065), (0.06, 0.206, 0.055, 0.04),
     (0.08, 0.205, 0.0, 0.0),
 )  # fmt: skip
+"""Cross sections of the engine's cowling, in metres."""
 BOOM: tuple[Station, ...] = (
     (-0.36, 0.172, 0.022, 0.024), (-0.2, 0.165, 0.034, 0.038), (-0.05, 0.15, 0.07, 0.075),
 )  # fmt: skip
+"""Cross sections of the tail boom, in metres."""
 
 
 def helicopter() -> Iterator[Part]:

@@ -1,4 +1,4 @@
-"""A model: the parts of one object, and how much room it takes."""
+"""A model: the parts of one object, and its extent."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,17 +14,17 @@ from convexperc.simulation.parts import Part
 class Model:
     """An object that stands on z = 0 at the origin.
 
-    Azimuth 0 (+x) is the direction of its reference: the view by which one knows it, such as the side of a
-    car or the front of a sign.
+    Azimuth 0 (+x) is the direction of its reference, the most recognisable view, such as the side of a car or
+    the front of a sign.
 
-    Parameters
+    Attributes
     ----------
     name : str
-        What it is called in scenes and data sets, in lower case with hyphens.
+        Its name in scenes and data sets, in lower case with hyphens.
     parts : tuple of Part
-        What it is made of.
+        Its parts, at least one.
     radius : float
-        Radius in metres of the upright cylinder about the origin that holds it.
+        Radius in metres of the upright cylinder about the origin that contains it.
     height : float
         Height in metres of that cylinder.
 
@@ -53,9 +53,9 @@ def model(name: str, parts: Iterable[Part]) -> Model:
     Parameters
     ----------
     name : str
-        What it is called.
+        Its name.
     parts : iterable of Part
-        What it is made of.
+        Its parts, at least one.
     """
     pieces = tuple(parts)
     if not pieces:

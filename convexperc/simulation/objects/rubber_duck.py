@@ -10,7 +10,7 @@ BODY: tuple[Station, ...] = (
     (-0.05, 0.064, 0.15, 0.122), (0.0, 0.058, 0.168, 0.116), (0.05, 0.06, 0.145, 0.112),
     (0.085, 0.062, 0.09, 0.078), (0.1, 0.062, 0.0, 0.0),
 )  # fmt: skip
-"""From the raised tail to the breast."""
+"""Cross sections from the raised tail to the breast, in metres."""
 
 
 def rubber_duck() -> Iterator[Part]:

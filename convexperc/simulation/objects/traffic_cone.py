@@ -7,7 +7,7 @@ from convexperc.simulation.parts import Part, box
 from convexperc.simulation.skins import turned
 
 HEIGHT = 0.36
-"""Of the whole, in metres."""
+"""Total height, in metres."""
 
 
 def traffic_cone() -> Iterator[Part]:

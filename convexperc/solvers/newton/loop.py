@@ -1,13 +1,14 @@
-"""Proximal Newton on (w, t), compiled: all templates of a frame in one call.
+"""Proximal Newton on (w, t), compiled: all templates of a set of views in one call.
 
-The notation is that of `convexperc.problem.reduction`. One iteration evaluates q and the duality gap, which is free,
-then minimises the quadratic model of the smooth part plus lambda2 ||w||_1 over t >= 0. The equation of t_i is
-posed as 1/||X_i'q|| = 2/lambda3, which is almost linear in t (the secular equation of trust-region methods);
-where that step does not descend, the plain Newton step is cut back until it does. From a cold or a given
-start t is held in the first step; the start that templates share comes with the w that goes with its t.
+The notation is that of `convexperc.problem.reduction`. Each iteration evaluates q and, at no extra cost, the
+duality gap; it then minimises the quadratic model of the smooth part plus lambda2 ||w||_1 over t >= 0. The
+equation of t_i is written as 1/||X_i'q|| = 2/lambda3, which is almost linear in t (the secular equation of
+trust-region methods). If that step does not decrease the objective, a plain Newton step with backtracking is
+taken. From a cold start or a given one, t is held fixed in the first step; the start shared by the templates
+already has the minimiser w for its t.
 
-The last step may be a chord, which uses the Hessian in w of the step before: it divides the gap by about as
-much as that step did.
+The last step may be a chord step, which reuses the Hessian in w of the previous step. It reduces the gap by
+about the same factor as that step.
 
 Source: Lee, Sun and Saunders, Proximal Newton-type methods, SIAM J. Optim. 24 (2014); More and Sorensen,
 Computing a trust region step, SIAM J. Sci. Stat. Comput. 4 (1983); Kelley, Solving Nonlinear Equations with
@@ -21,7 +22,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from convexperc.solvers.newton.hessian import (
-    NEAR,
+    WORKING_SET_THRESHOLD,
     Data,
     Point,
     evaluate,
@@ -33,18 +34,30 @@ from convexperc.solvers.newton.hessian import (
 from convexperc.solvers.newton.lapack import cholesky, cholesky_solve, copy, inner, symmetric_times
 from convexperc.solvers.newton.subproblem import minimise, new_model
 
-NOISE = 4e-15
-"""A rise of the objective below this share of ||o||^2 is rounding."""
-PATIENCE = 12
-"""Iterations without halving the best gap, after which rounding has won."""
-CHORD = 0.1
-"""A chord is taken where it promises a gap below this share of the tolerance."""
+ROUNDING_TOLERANCE = 4e-15
+"""An increase of the objective below this fraction of ||o||^2, 18 units of 2^-52, counts as rounding."""
+STAGNATION_ITERATIONS = 12
+"""More iterations than this in a row without halving the best gap are stagnation at rounding level: Newton
+steps converge quadratically, so that a run that still makes progress halves its gap in fewer."""
+CHORD_GAP_FRACTION = 0.1
+"""A chord step is taken if the gap predicted for it is below this fraction of the tolerance: a margin of 10
+for the error of the prediction."""
 HELD, SECULAR, PLAIN = 0, 1, 2
-"""The three steps that are tried in turn."""
+"""The steps tried in turn: t held fixed, the secular equation in t, the plain Newton step."""
 
 
 class Rules(NamedTuple):
-    """When a template is done: its relative gap, its iterations; and whether W and T hold the starts."""
+    """Stopping rules, and the kind of start.
+
+    Attributes
+    ----------
+    tolerance : float
+        Relative duality gap at which a template is solved.
+    limit : int
+        Largest number of iterations for each template.
+    warm : bool
+        Whether W and T hold the starting points.
+    """
 
     tolerance: float
     limit: int
@@ -52,15 +65,16 @@ class Rules(NamedTuple):
 
 
 class Pruning(NamedTuple):
-    """What templates are compared by: F times units (p,) in common; nothing is given up where `units` is empty.
+    """How the optima of different templates are compared: by F times the template's unit.
 
     Attributes
     ----------
     units : float64 (p,) or (0,)
+        Factor from each template's F to common units; if empty, no template is pruned.
     ceiling : float
-        In common units.
+        Upper bound of the lowest F*, in common units.
     margin : float
-        How far above, relatively, a template must be seen to be given up.
+        Relative excess over the ceiling that a lower bound of F* must exceed before its template is pruned.
     """
 
     units: NDArray[np.float64]
@@ -71,14 +85,14 @@ class Pruning(NamedTuple):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def new_point(n, m):
-    """A point with room for its numbers."""
+    """Allocate a point for n views and m modalities."""
     return Point(np.zeros(n), np.zeros(m), np.zeros(n), np.zeros((m, n)), np.zeros(m), np.zeros(n))
 
 
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def copy_point(source, target):
-    """Copy every number."""
+    """Copy all fields of a point."""
     copy(source.w, target.w)
     copy(source.t, target.t)
     copy(source.q, target.q)
@@ -91,11 +105,11 @@ def copy_point(source, target):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def merit(data, point):
-    """The reduced objective."""
+    """The reduced objective, w'(G w - 2c + q) + ||o||^2 + lambda2 ||w||_1 + lambda3^2/4 sum_i t_i."""
     total = data.target
     for a in range(point.w.size):
-        pull = point.Gw[a] - 2.0 * data.c[a] + point.q[a]
-        total += point.w[a] * pull + data.lambda2 * abs(point.w[a])
+        term = point.Gw[a] - 2.0 * data.c[a] + point.q[a]
+        total += point.w[a] * term + data.lambda2 * abs(point.w[a])
     for i in range(point.t.size):
         total += 0.25 * data.lambda3 * data.lambda3 * point.t[i]
     return total
@@ -104,15 +118,18 @@ def merit(data, point):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def gap(data, point):
-    """(F, F - D) at u^i = t_i X_i'q and a = 2(X'w - o), b = -2q, scaled: a sum of terms >= 0."""
-    wGw = cw = qq = size = pull = worst = 0.0
+    """Return (F, F - D) at u^i = t_i X_i'q and the dual point s (2(X'w - o), -2q), with s making it feasible.
+
+    F - D is computed as a sum of nonnegative terms, without cancellation.
+    """
+    wGw = cw = qq = size = wv = worst = 0.0
     for a in range(point.w.size):
         v = 2.0 * (point.Gw[a] - data.c[a] + point.q[a])
         wGw += point.w[a] * point.Gw[a]
         cw += point.w[a] * data.c[a]
         qq += point.q[a] * point.q[a]
         size += abs(point.w[a])
-        pull += point.w[a] * v
+        wv += point.w[a] * v
         worst = max(worst, abs(v))
     quadratic = max(wGw - 2.0 * cw + data.target, 0.0) + qq / data.lambda1
     s = max(0.0, data.target - cw) / quadratic if quadratic > 0.0 else 1.0
@@ -124,7 +141,7 @@ def gap(data, point):
     if 2.0 * s * length > data.lambda3:
         s = data.lambda3 / (2.0 * length)
     F = quadratic + data.lambda2 * size
-    total = (1.0 - s) * (1.0 - s) * quadratic + data.lambda2 * size + s * pull
+    total = (1.0 - s) * (1.0 - s) * quadratic + data.lambda2 * size + s * wv
     for i in range(point.t.size):
         F += data.lambda3 * point.t[i] * point.r[i]
         total += point.t[i] * point.r[i] * (data.lambda3 - 2.0 * s * point.r[i])
@@ -134,7 +151,7 @@ def gap(data, point):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def pose(data, point, curvature, model, step):
-    """Set h of the model z'Hz/2 + h'z and its start (w_R, t) for one of the steps; returns its unknowns."""
+    """Set h of the model z'Hz/2 + h'z and its start (w_R, t) for a step; returns the number of unknowns."""
     n, m, views = curvature.size[0], point.t.size, curvature.model_views
     half = 0.5 * data.lambda3
     N = n if step == HELD else n + m
@@ -158,15 +175,15 @@ def pose(data, point, curvature, model, step):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def move(point, curvature, model, lambda2, share, trial):
-    """Set (w, t) of `trial` to `share` of the way; exactly to its end at 1, so that zeros stay zeros.
+    """Set `trial` to the point plus `share` times the step; at 1 to its end exactly, to keep zeros exact.
 
-    The next working set is to hold what the model pulls nearly enough to leave 0.
+    Also marks, as `near`, the views whose model gradient is close to lambda2, for the next working set.
     """
     n, views, z = curvature.size[0], curvature.model_views, model.z
     trial.w[:] = 0.0
     curvature.near[:] = 0
     for x in range(n):
-        curvature.near[views[x]] = abs(model.h[x] + model.pull[x]) > NEAR * lambda2
+        curvature.near[views[x]] = abs(model.h[x] + model.Hz[x]) > WORKING_SET_THRESHOLD * lambda2
         old = point.w[views[x]]
         trial.w[views[x]] = z[x] if share == 1.0 else old + share * (z[x] - old)
     for i in range(trial.t.size):
@@ -176,8 +193,8 @@ def move(point, curvature, model, lambda2, share, trial):
 
 @no_type_check
 @njit(cache=True, error_model="numpy")
-def descend_once(data, point, trial, height, model, curvature, first):
-    """Minimise the model and step there; returns the new height, or infinity where no step descends."""
+def descend_once(data, point, trial, value, model, curvature, first):
+    """Minimise the model and take the step; returns the new objective, or infinity if none decreases it."""
     n = curvature.size[0]
     slack = 1e-10 * data.lambda3 * data.lambda3
     for step in (HELD, SECULAR, PLAIN):
@@ -192,7 +209,7 @@ def descend_once(data, point, trial, height, model, curvature, first):
             move(point, curvature, model, data.lambda2, share, trial)
             if evaluate(data, trial, curvature, model.work):
                 reached = merit(data, trial)
-                if reached <= height + NOISE * data.target:
+                if reached <= value + ROUNDING_TOLERANCE * data.target:
                     return reached
             share *= 0.4
     return np.inf
@@ -201,33 +218,37 @@ def descend_once(data, point, trial, height, model, curvature, first):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def solve_one(data, point, trial, best, model, curvature, rules, hold, ceiling):
-    """One template from the start in `point`, where the first step may `hold` t; `best` is the answer.
+    """Solve one template from the start in `point`; with `hold`, the first step keeps t. Fills in `best`.
 
-    Given up as soon as F - gap, a lower bound of F*, exceeds `ceiling`. Returns iterations, F and its gap.
+    Stops early once F - gap, a lower bound of F*, exceeds `ceiling`. Returns the iterations, F and its gap.
     """
     best_F = best_gap = np.inf
     curvature.near[:] = 1
     copy_point(point, best)
     if not evaluate(data, point, curvature, model.work):
         return 0, best_F, best_gap
-    height, stalled, iteration, chord = merit(data, point), 0, 0, False
+    value, stalled, iteration, chord = merit(data, point), 0, 0, False
     while True:
         F, excess = gap(data, point)
         stalled = 0 if excess < 0.5 * best_gap else stalled + 1
-        chord = not chord and best_gap < np.inf and excess * excess <= CHORD * rules.tolerance * F * best_gap
+        chord = (
+            not chord
+            and best_gap < np.inf
+            and excess * excess <= CHORD_GAP_FRACTION * rules.tolerance * F * best_gap
+        )
         if excess < best_gap:
             best_F, best_gap = F, excess
             copy_point(point, best)
         if best_gap <= rules.tolerance * best_F or best_gap <= 1e-15 * data.target:
             break
-        if iteration == rules.limit or stalled > PATIENCE or best_F - best_gap > ceiling:
+        if iteration == rules.limit or stalled > STAGNATION_ITERATIONS or best_F - best_gap > ceiling:
             break
         hessian(data, point, curvature, model, chord)
-        reached = descend_once(data, point, trial, height, model, curvature, hold and iteration == 0)
+        reached = descend_once(data, point, trial, value, model, curvature, hold and iteration == 0)
         iteration += 1
         if reached < np.inf:
             copy_point(trial, point)
-            height = reached
+            value = reached
         elif not chord:
             break
     return iteration, best_F, best_gap
@@ -236,7 +257,7 @@ def solve_one(data, point, trial, best, model, curvature, rules, hold, ceiling):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def cold_start(data, point, A, work):
-    """The w of the ridge problem, and the t at which each modality alone would satisfy its equation."""
+    """Set w to the ridge solution, and t_i to 1/m of the root of its equation without the others."""
     n, m = point.w.size, point.t.size
     for a in range(n):
         copy(data.G[a], A[a * n :])
@@ -257,11 +278,11 @@ def cold_start(data, point, A, work):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def start(data, point, last, curvature, model):
-    """Begin at the base, made at the t of an answer, `last`; or begin cold: true where t is to be held."""
+    """Start from the base, formed at the t of an earlier answer, `last`, or cold; true if t is to be held."""
     if np.isnan(curvature.base.t[0]) and (
         last.max() == 0.0 or not set_base(data, last, curvature, model.work)
     ):
-        cold_start(data, point, curvature.room, model.work)
+        cold_start(data, point, curvature.matrix_scratch, model.work)
         return True
     start_at_base(data, point, curvature, model)
     return False
@@ -270,11 +291,11 @@ def start(data, point, last, curvature, model):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def solve_batch(G, K, C, targets, lambdas, W, T, rules, pruning):
-    """Every template in turn; those of equal lambda1 share a start, unless W and T hold theirs.
+    """Solve the templates in turn; those of equal lambda1 share a start, unless W and T hold the starts.
 
     G (n, n), K (m, n, n), C (p, n) = X o_j, targets (p,) = ||o_j||^2, lambdas (p, 3). Fills in W (p, n) and
-    T (p, m); returns Q (p, n), the iterations (p,), and F with its gap (p, 2). In a pruning, a template is given
-    up when it is seen to lie above `pruning.ceiling`, or above the lowest F of those before it.
+    T (p, m); returns Q (p, n), the iterations (p,), and F with its gap (p, 2). A template is pruned when its
+    lower bound exceeds `pruning.ceiling` or the lowest F of the templates before it, by `pruning.margin`.
     """
     p, n = C.shape
     m = K.shape[0]

@@ -1,4 +1,4 @@
-"""Proximal Newton on the reduced problem, all templates of a frame at once; a lasso where a lambda is 0."""
+"""Proximal Newton on the reduced problem, all templates in one call; a lasso where a lambda is 0."""
 
 from dataclasses import dataclass
 
@@ -13,15 +13,16 @@ from convexperc.solvers.newton.loop import Pruning, Rules, solve_batch
 from convexperc.solvers.newton.subproblem import lasso, lasso_batch
 
 NO_PRUNING = Pruning(np.empty(0), np.inf, 0.0)
+"""Without units no template is pruned; ceiling and margin have no effect."""
 SOLVED, DIRECT = "gap within the tolerance", "direct solution"
 STAGNATED, LIMIT = "stagnation at rounding level", "iteration limit"
 STATUSES = (SOLVED, DIRECT, STAGNATED, LIMIT)
-"""What `Newton` says of its answer; the gap is that of the reduced data, without a bound of its rounding."""
+"""Status texts of `Newton`; the gap is that of the reduced data, without a bound of its rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where to begin: the (w, t) of earlier answers, one row a template.
+    """Starting points: the (w, t) of earlier answers, one row for each template.
 
     Attributes
     ----------
@@ -36,18 +37,19 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """The answers to all templates of one frame, normalised, before anybody has judged them.
+    """The answers to all templates of one set of views, on normalised data, before certification.
 
     Attributes
     ----------
     W : float64 (p, n)
     T : float64 (p, m)
-        u_j^i = T_ji X_i' Q_j.
+        t = 2 ||u^i|| / lambda3; u_j^i = T_ji X_i' Q_j.
     Q : float64 (p, n)
-        The dual points are a = 2(X'w - o), b = -2 Q_j.
+        Row j gives template j's dual point, a = 2(X'w - o), b = -2 Q_j.
     iterations : int (p,)
+        Newton steps taken.
     gaps : float64 (p, 2)
-        F and its duality gap, as seen from the reduced data; NaN where they were not computed.
+        F and its duality gap, computed from the reduced data; NaN where they were not computed.
     """
 
     W: Float[np.ndarray, "p n"]
@@ -57,19 +59,20 @@ class Batch:
     gaps: Float[np.ndarray, "p 2"]
 
     def start(self) -> Start:
-        """A start for the next frame, or for the next lambda."""
+        """A start for the next set of views, or for the next lambdas."""
         return Start(self.W, self.T)
 
 
 @dataclass(frozen=True)
 class Newton:
-    """Proximal Newton in (w, t); the form is that of `convexperc.problem.reduction`.
+    """Proximal Newton in (w, t); see `convexperc.problem.reduction` for the reduced form.
 
     Attributes
     ----------
     tolerance : float
-        Relative duality gap at which a template is done, as seen from the reduced data.
+        Relative duality gap at which a template is solved, computed from the reduced data.
     max_iterations : int
+        Largest number of Newton steps for each template.
     """
 
     tolerance: float = 1e-11
@@ -94,7 +97,7 @@ class Newton:
         return SolverResult(w, u, self._status(batch), int(batch.iterations[0]), dual)
 
     def _status(self, batch: Batch) -> str:
-        """Why the first template was left."""
+        """Why the first template's iteration ended."""
         F, gap = batch.gaps[0]
         if gap <= self.tolerance * F:
             return SOLVED
@@ -110,7 +113,7 @@ class Newton:
         start: Start | None = None,
         pruning: Pruning | None = None,
     ) -> Batch:
-        """Answer all templates of a frame; lambda1, lambda3 > 0.
+        """Answer all templates of a set of views; lambda1, lambda3 > 0.
 
         Parameters
         ----------
@@ -124,9 +127,9 @@ class Newton:
             ||o_j||^2.
         lambdas : float64 (p, 3)
         start : Start, optional
-            Cold without; then the t of the first answer starts the others of the same lambda1.
+            If absent, the first template starts cold, and its t starts the others of the same lambda1.
         pruning : Pruning, optional
-            Give up templates whose optimum is seen not to be the lowest.
+            Stop early on templates whose optimum is bounded away from the lowest one.
 
         Returns
         -------
@@ -144,7 +147,7 @@ class Newton:
         return Batch(W, T, Q, iterations, gaps)
 
     def _uncoupled(self, problem: Problem, reduction: Reduction) -> SolverResult:
-        """lambda1 = 0 (then u = 0) or lambda3 = 0 (then Xu is the projection of w): a lasso in w."""
+        """Solve a lasso in w for lambda1 = 0 (then u = 0) or lambda3 = 0 (then Xu is the projection of w)."""
         X, o = problem.X, problem.o
         basis = _range_basis(X)
         if problem.lambda2 == 0.0:
@@ -167,7 +170,7 @@ def lassos(
     counts: Float[np.ndarray, " k"],
     lambdas: Float[np.ndarray, "p 3"],
 ) -> tuple[Float[np.ndarray, "p k"], Float[np.ndarray, "p k"]]:
-    """Answer all templates of a set of views where the coupling costs nothing: lambda1 = 0 or lambda3 = 0.
+    """Answer all templates of a set of views for lambda1 = 0 or lambda3 = 0, where no coupling term is left.
 
     Parameters
     ----------
@@ -176,14 +179,14 @@ def lassos(
     C : float64 (p, k)
         Row j is X o_j.
     counts : float64 (k,)
-        How many views are equal to each of the distinct ones.
+        Multiplicity of each of the distinct views.
     lambdas : float64 (p, 3)
 
     Returns
     -------
     W, Q : float64 (p, k)
         W is the sum of the weights of equal views. With lambda1 = 0, Q = 0 and u = 0; with lambda3 = 0,
-        u = X'Q_j, where Xu = w with each of the equal views carrying the same part of the sum.
+        u = X'Q_j, so that Xu = w where equal views have equal weights.
     """
     W = np.zeros_like(C)
     weighted = lambdas[:, 1] > 0.0
@@ -199,7 +202,7 @@ def lassos(
 
 
 def _range_basis(X: Matrix) -> Float[np.ndarray, "n r"]:
-    """Orthonormal basis of the range of X, up to float64's idea of its rank."""
+    """Orthonormal basis of the range of X, of its numerical rank in float64."""
     left, values, _ = np.linalg.svd(X, full_matrices=False)
     rank = int((values > values[0] * max(X.shape) * np.finfo(np.float64).eps).sum()) if values[0] > 0.0 else 0
     return np.asarray(left[:, :rank])

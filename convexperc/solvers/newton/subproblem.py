@@ -14,25 +14,50 @@ from numpy.typing import NDArray
 from convexperc.solvers.newton.lapack import cholesky_extend, cholesky_solve, copy, inner, symmetric_times
 
 ACTIVE_SET_STEPS = 8
+"""Steps of the active set method before coordinate descent takes over: it settles in a few, or cycles."""
 SWEEPS = 40
+"""Coordinate descent sweeps before the active set method is tried again from their support."""
 ROUNDS = 6
+"""Such rounds before the last iterate of coordinate descent is returned as it is."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
 class Model(NamedTuple):
-    """The model, its start and its minimiser, and room to work: all sizes are those of N unknowns.
+    """The model z'Hz/2 + h'z in N unknowns, its start and minimiser, and the state of the active set method.
 
-    `order` lists the active unknowns, `counts` holds how many they are and for how many of them, from the
-    first on, `factor` still is the Cholesky factor of H: the caller forgets those whose rows of H it changes.
+    Attributes
+    ----------
+    H : float64 (N, N)
+        Positive semidefinite.
+    h : float64 (N,)
+    z : float64 (N,)
+        The minimiser.
+    start : float64 (N,)
+        Where to begin; coordinate descent overwrites it.
+    Hz : float64 (N,)
+        H z; also scratch.
+    values : float64 (N,)
+        The active unknowns, in the order of `order`.
+    factor : float64 (N N + 1,)
+        Cholesky factor of the rows and columns of H of the active unknowns, in the order of `order`.
+    sign : int64 (N,)
+        0 where inactive, +1 or -1 for the sign of z_k, 2 for an active unknown that must be >= 0.
+    order : int64 (N,)
+        The first `counts[0]` entries are the active unknowns.
+    counts : int64 (2,)
+        How many unknowns are active, and for how many of them, from the first on, `factor` is up to date. A
+        caller that changes rows of H has to call `forget`.
+    work : int32 (8,)
+        Scratch of the LAPACK calls.
     """
 
     H: Floats
     h: Floats
     z: Floats
     start: Floats
-    pull: Floats
+    Hz: Floats
     values: Floats
     factor: Floats
     sign: Integers
@@ -44,7 +69,7 @@ class Model(NamedTuple):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def new_model(N):
-    """A model with room for N unknowns."""
+    """Allocate a model for N unknowns, all zero."""
     return Model(
         np.zeros((N, N)), np.zeros(N), np.zeros(N), np.zeros(N), np.zeros(N), np.zeros(N),
         np.zeros(N * N + 1), np.zeros(N, np.int64), np.zeros(N, np.int64), np.zeros(2, np.int64),
@@ -55,7 +80,7 @@ def new_model(N):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def forget(model, first):
-    """The rows of H from `first` on have changed: keep of the factor what comes before them."""
+    """Invalidate the part of the factor that depends on the rows of H from `first` on, which have changed."""
     for x in range(model.counts[1]):
         if model.order[x] >= first:
             model.counts[1] = x
@@ -65,9 +90,9 @@ def forget(model, first):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def arrange(model, N):
-    """List the unknowns of sign != 0: the old ones in their old order, then the new ones."""
+    """List the active unknowns: those already listed in their order, then the new ones."""
     count, kept = 0, model.counts[1]
-    order, listed = model.order, model.pull
+    order, listed = model.order, model.Hz
     for k in range(N):
         listed[k] = 0.0
     for x in range(model.counts[0]):
@@ -87,7 +112,7 @@ def arrange(model, N):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def factor_active(model):
-    """Bring the factor up to date with the list; false where H is singular there."""
+    """Update the factor for the list of active unknowns; false if H is singular on them."""
     count, kept = model.counts
     stride, order, factor = model.h.size, model.order, model.factor
     if kept == count:
@@ -106,7 +131,7 @@ def factor_active(model):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def solve_active(model, weight, n, N):
-    """Solve on the active set (sign != 0; sign 2 marks z >= 0); false where H is singular there."""
+    """Minimise over the active unknowns, with the others at 0; false if H is singular on them."""
     arrange(model, N)
     if not factor_active(model):
         return False
@@ -125,17 +150,17 @@ def solve_active(model, weight, n, N):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def update_active(model, weight, slack, n, N):
-    """Drop what has the wrong sign, add what is pulled over its bound; true where nothing changed."""
+    """Drop unknowns of the wrong sign, add those whose gradient exceeds its bound; true if none changed."""
     settled = True
-    symmetric_times(model.H, N, model.h.size, model.z, model.pull, model.work)
+    symmetric_times(model.H, N, model.h.size, model.z, model.Hz, model.work)
     for k in range(N):
-        pull = model.h[k] + model.pull[k]
+        gradient = model.h[k] + model.Hz[k]
         if model.sign[k] != 0:
             if model.z[k] * model.sign[k] <= 0:
                 model.sign[k], model.z[k], settled = 0, 0.0, False
-        elif k < n and abs(pull) > weight * (1 + 1e-12):
-            model.sign[k], settled = (-1 if pull > 0 else 1), False
-        elif k >= n and pull < -slack:
+        elif k < n and abs(gradient) > weight * (1 + 1e-12):
+            model.sign[k], settled = (-1 if gradient > 0 else 1), False
+        elif k >= n and gradient < -slack:
             model.sign[k], settled = 2, False
     return settled
 
@@ -143,7 +168,7 @@ def update_active(model, weight, slack, n, N):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def active_set(model, weight, slack, n, N):
-    """Primal-dual active sets from the support of z; true where they settled on a solution."""
+    """Primal-dual active set method from the support of z; true if it reached a solution."""
     for k in range(N):
         z = model.z[k]
         model.sign[k] = 0 if z == 0 else (2 if k >= n else (1 if z > 0 else -1))
@@ -158,15 +183,15 @@ def active_set(model, weight, slack, n, N):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def sweep(model, weight, n, N):
-    """One round of coordinate descent on `start`."""
+    """One sweep of coordinate descent over the first N unknowns of `start`."""
     z = model.start
     for k in range(N):
         curvature = model.H[k, k]
         if curvature <= 0.0:
             z[k] = 0.0
             continue
-        pull = model.h[k] + inner(model.H[k, :N], z[:N])
-        value, threshold = z[k] - pull / curvature, weight / curvature
+        gradient = model.h[k] + inner(model.H[k, :N], z[:N])
+        value, threshold = z[k] - gradient / curvature, weight / curvature
         if k >= n:
             z[k] = max(value, 0.0)
         elif value > threshold:
@@ -182,7 +207,7 @@ def sweep(model, weight, n, N):
 def minimise(model, weight, slack, n, N):
     """Minimise over the first N unknowns, from `start`; coordinate descent where active sets cycle.
 
-    The list of the active is then begun anew: where H is singular, its factor depends on the order.
+    The list of active unknowns then starts empty: where H is singular, its factor depends on the order.
     """
     copy(model.start[:N], model.z)
     if active_set(model, weight, slack, n, N):
@@ -200,10 +225,10 @@ def minimise(model, weight, slack, n, N):
 @no_type_check
 @njit(cache=True, error_model="numpy")
 def lasso(H, h, weight, z):
-    """Set z to the minimiser of z'Hz/2 + h'z + weight ||z||_1; for callers that are not compiled.
+    """Set z (N,) to the minimiser of z'Hz/2 + h'z + weight ||z||_1; for callers that are not compiled.
 
-    A compiled function that compiled ones call must not hand arrays to Python: what it needs for that can be
-    lost where the two come from the disk, cached by different processes.
+    A compiled function called by other compiled functions must not return arrays to Python: the helpers for
+    that can be missing when the two are loaded from caches written by different processes.
     """
     model = new_model(h.size)
     model.H[:] = H

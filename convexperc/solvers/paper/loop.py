@@ -1,6 +1,6 @@
-"""Algorithm 1 of the paper, line by line, with its faults kept and named by the variant of its update.
+"""Algorithm 1 of the paper, line by line; its faults are kept, and depend on the update variant.
 
-It runs on the data as given: nothing is rescaled. A stop is a claim about the loop, never about F*.
+It runs on the data as given, without rescaling. The reason for a stop concerns the loop only, never F*.
 """
 
 from enum import StrEnum
@@ -44,7 +44,7 @@ def run(
     start: tuple[ArrayLike, ArrayLike] | None = None,
     keep_iterates: bool = False,
 ) -> PaperTrace:
-    """Run Algorithm 1 for one template, exactly as the box reads.
+    """Run Algorithm 1 for one template, exactly as it is printed.
 
     Parameters
     ----------
@@ -58,19 +58,19 @@ def run(
     linear_solver : LinearSolver or its name
         How u is solved for; the iterates are the same up to rounding.
     tolerance : float
-        Of the convergence test, which the paper does not give. Ours holds when neither ||w(i+1) - w(i)|| nor
-        ||u(i+1) - u(i)|| exceeds `tolerance` times the larger of the two norms, and no penalised size in
-        D^w and D^u (|w_j|, ||u^j||) grew by more than `tolerance` times itself. The second half keeps the
-        loop going while a coordinate too small to be seen in the norm still escapes from zero.
+        Relative tolerance of the convergence test, which the paper does not give. Ours holds when neither
+        ||w(i+1) - w(i)|| nor ||u(i+1) - u(i)|| exceeds `tolerance` times the larger of the two norms, and no
+        penalised size in D^w and D^u (|w_j|, ||u^j||) grew by more than `tolerance` times itself. The second
+        condition keeps the loop running while a coordinate too small to affect the norm still leaves zero.
     max_iterations : int
         At least 0.
     on_singular : OnSingular or its name
-        Stop at a singular system, or take its least-squares solution of least norm.
+        Stop at a singular system, or use its least-squares solution of least norm.
     start : pair (w, u) or None
         None is the paper's start: w = argmin ||X'w - o||, then u = argmin ||Xu - w||, each of least norm, in
-        float64. What is 0 in exact arithmetic may come out as 1e-17: pass the start to have it exact.
+        float64. An entry that is 0 in exact arithmetic may become 1e-17; pass the start to have it exact.
     keep_iterates : bool
-        Keep every (w, u).
+        Whether the trace holds every (w, u).
 
     Returns
     -------
@@ -79,11 +79,12 @@ def run(
     Raises
     ------
     InputError
-        An argument has no meaning; `PointError` if the start does not fit the problem.
+        An argument is invalid; `PointError` if the start does not fit the problem.
 
     Notes
     -----
-    A coordinate that is exactly 0 makes 1/(2 |w_j|) infinite; the limit of the update holds it at 0 for ever.
+    A coordinate that is exactly 0 makes 1/(2 |w_j|) infinite; the limit of the update keeps it at 0 in
+    every later iteration.
 
     Paper: Algorithm 1, lines 2-10
     """

@@ -1,4 +1,4 @@
-"""The linear systems of the paper's two updates, and the derivatives that they set to zero."""
+"""The linear systems of the paper's two updates, and the derivatives that the updates set to zero."""
 
 from enum import StrEnum
 
@@ -13,31 +13,32 @@ from convexperc.problem.problem import Problem
 from convexperc.solvers.paper.variants import Diagonal, UpdateVariant
 
 MACHINE_EPSILON = float(np.finfo(np.float64).eps)
-"""A k x k system counts as singular below a reciprocal condition of k times this: what rounding can blur."""
+"""2^-52. A k x k system counts as singular if its reciprocal condition number is below k times this, the
+level of the rounding errors of its factorisation."""
 
 
 class LinearSolver(StrEnum):
-    """How u is solved for: the d x d system as printed, or the n x n one that Woodbury's identity gives."""
+    """How u is computed: from the d x d system as printed, or from the n x n one by Woodbury's identity."""
 
     DIRECT = "direct"
     WOODBURY = "woodbury"
 
 
 class OnSingular(StrEnum):
-    """What to do with a singular system: stop, or take the least-squares solution of least norm."""
+    """What to do with a singular system: stop, or use the least-squares solution of least norm."""
 
     STOP = "stop"
     MINIMUM_NORM = "minimum_norm"
 
 
 class SingularSystemError(SolverError):
-    """The matrix of an update is singular, exactly or to within rounding."""
+    """The matrix of an update is singular, exactly or at rounding level."""
 
 
 def derivative_w(problem: Problem, variant: UpdateVariant, w: Vector, u: FeatureVector) -> Vector:
     """Return 2 XX'w - 2 Xo - 2 lambda1 Xu + 2 lambda1 w + 2 factor lambda2 D^w w, shape (n,).
 
-    With `PRINTED` (2 factor = 1, D^w = diag(1/(2 w_i))) it is what the paper takes for the derivative of F
+    With `PRINTED` (2 factor = 1, D^w = diag(1/(2 w_i))) it is what the paper states as the derivative of F
     in w; with `CORRECTED` it is that derivative, wherever it exists. D^w w is taken as 0 where w_i = 0.
 
     Notes
@@ -52,7 +53,7 @@ def derivative_w(problem: Problem, variant: UpdateVariant, w: Vector, u: Feature
 def derivative_u(problem: Problem, variant: UpdateVariant, w: Vector, u: FeatureVector) -> FeatureVector:
     """Return 2 lambda1 X'Xu - 2 lambda1 X'w + 2 factor lambda3 D^u u, shape (d,).
 
-    With `PRINTED` (2 factor = 1) it is what the paper takes for the derivative of F in u; with `CORRECTED` it
+    With `PRINTED` (2 factor = 1) it is what the paper states as the derivative of F in u; with `CORRECTED` it
     is that derivative, wherever it exists. D^u u is taken as 0 where u^i = 0.
 
     Notes
@@ -69,7 +70,7 @@ def solve_w(
 ) -> Vector:
     """Return (XX' + lambda1 I + factor lambda2 D^w)^-1 X (o + lambda1 u), shape (n,); printed, factor = 1/2.
 
-    Where D^w is infinite the limit is taken: that w_i is 0 and leaves the system.
+    Where D^w is infinite, the limit is used: w_i = 0, and the system is solved for the other entries.
 
     Raises
     ------
@@ -101,7 +102,7 @@ def solve_u(
     lambda1 Di X' (I + lambda1 X Di X')^-1 w with Di = (factor lambda3 D^u)^-1, 2 ||u^i|| / (factor lambda3):
     O(n^2 d + n^3), and no division by ||u^i||. It needs lambda3 > 0; with lambda3 = 0 both use the printed
     matrix, lambda1 X'X, whose rank is at most n: for n < d it is always singular.
-    Where D^u is infinite the limit is taken: that u^i is 0 and leaves the system.
+    Where D^u is infinite, the limit is used: u^i = 0, and the system is solved for the other entries.
 
     Raises
     ------
@@ -146,7 +147,7 @@ def _times_point(
 def _rank_short(
     M: Float[np.ndarray, "r c"], t: Float[np.ndarray, " r"], on_singular: OnSingular
 ) -> Float[np.ndarray, " c"]:
-    """M'M x = M't where M has too few rows (or weighs 0): singular, whatever the numbers are."""
+    """Solve M'M x = M't where M has fewer rows than columns, or factor 0: singular for any data."""
     if on_singular is OnSingular.STOP:
         raise _singular(M.shape[1], 0.0)
     return least_norm(M, t)
@@ -179,7 +180,7 @@ def _solve(
     rhs: Float[np.ndarray, " k"],
     on_singular: OnSingular,
 ) -> Float[np.ndarray, " k"]:
-    """(gram + diag(ridge))^-1 rhs, equilibrated by the sizes of the diagonal terms, before they cancel."""
+    """Return (gram + diag(ridge))^-1 rhs, equilibrated by the sums of the absolute diagonal terms."""
     order = rhs.size
     size = np.sqrt(np.diagonal(gram) + np.abs(ridge))
     scale = 1.0 / np.where(size > 0.0, size, 1.0)

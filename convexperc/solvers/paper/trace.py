@@ -15,13 +15,16 @@ from convexperc.solvers.paper.systems import MACHINE_EPSILON, LinearSolver
 from convexperc.solvers.paper.variants import Order, UpdateVariant
 
 RISE_ROUNDING = 1e-12
-"""A rise below this times max(F(start), ||o||^2) is rounding: F sums n + d terms, each good to some 1e-16."""
+"""An increase of F below this fraction of max(F(start), ||o||^2) is rounding: F is a sum of n + d terms, each
+with a relative error of about 1e-16."""
 
 DIVERGENCE_FACTOR = 1e12
-"""F above this times max(F(start), ||o||^2) has diverged: more than the digits left to come back with."""
+"""F above this multiple of max(F(start), ||o||^2) counts as divergence: too few of the 16 digits are left to
+recover from it."""
 
 LOCK_SLACK = 100.0
-"""A condition at a zero is violated beyond this many tolerances of slack: the error of the limit itself."""
+"""The optimality condition at a zero counts as violated beyond this many tolerances: the limit itself has an
+error of some tolerances."""
 
 Point = tuple[Vector, FeatureVector]
 
@@ -29,10 +32,10 @@ Point = tuple[Vector, FeatureVector]
 class Stop(StrEnum):
     """Why the loop ended.
 
-    ``converged``: the steps are small; ``locked_at_zero``: they are, but a coordinate or block is exactly 0
-    though its optimality condition fails, so the limit is not the optimum; ``singular``: a system has no
-    unique solution; ``diverged``: not finite, or F grew by `DIVERGENCE_FACTOR`; ``iteration_limit``: no
-    other reason.
+    ``converged``: the steps are small. ``locked_at_zero``: the steps are small, but a coordinate or block is
+    exactly 0 although its optimality condition fails, so that the limit is not the optimum. ``singular``: a
+    system has no unique solution. ``diverged``: not finite, or F grew by `DIVERGENCE_FACTOR`.
+    ``iteration_limit``: none of these within the largest number of iterations.
     """
 
     CONVERGED = "converged"
@@ -44,12 +47,14 @@ class Stop(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class PaperTrace:
-    """What one run of Algorithm 1 did; every array is read-only.
+    """The record of one run of Algorithm 1; every array is read-only.
 
     Attributes
     ----------
-    variant, order, linear_solver
-        What was run; `variant` with its eps made explicit.
+    variant : UpdateVariant
+        With its eps made explicit.
+    order : Order
+    linear_solver : LinearSolver
     stop : Stop
         Why it ended.
     w : float64 (n,)
@@ -59,17 +64,17 @@ class PaperTrace:
     F : float64 (k + 1,)
         F at the start and after each of the k iterations.
     own : float64 (k + 1,) or (0,)
-        The objective that the variant descends, alike; empty if it has none.
+        The objective that the variant descends, at the same points; empty if it has none.
     steps : float64 (k, 2)
         Relative change of w and of u in each iteration.
     path_w : float64 (k + 1, n) or (0, n)
-        Every w, if asked for.
+        Every w, with ``keep_iterates``.
     path_u : float64 (k + 1, d) or (0, d)
-        Every u, if asked for.
+        Every u, with ``keep_iterates``.
     scale : float
-        max(F(start), ||o||^2), to which rounding is compared.
+        max(F(start), ||o||^2), the scale of rounding errors.
     locked_views, locked_modalities : tuple of int
-        Exact zeros of the last iterate that no update can leave though their optimality condition fails.
+        Exact zeros of the last iterate that no update changes although their optimality condition fails.
     """
 
     variant: UpdateVariant
@@ -103,8 +108,8 @@ class PaperTrace:
     def rises(self, tolerance: float = RISE_ROUNDING) -> Int[np.ndarray, " rises"]:
         """Return each i >= 1 with F(i) > F(i-1) + tolerance max(F(start), ||o||^2).
 
-        The allowance covers the rounding of F, not that of the systems, which are normal equations: on data
-        scaled over many orders of magnitude they err by more. Confirm a small rise in exact arithmetic.
+        The allowance covers the rounding of F, not that of the systems, which are normal equations and have
+        larger errors on data scaled over many orders of magnitude. Confirm small rises in exact arithmetic.
         """
         return _rises(self.F, tolerance * self.scale)
 
@@ -115,7 +120,29 @@ class PaperTrace:
 
 @dataclass
 class Log:
-    """The run so far, and when it ends; the last complete and finite iterate is the one that counts."""
+    """The run so far, and its stopping rule; the last complete and finite iterate is the result.
+
+    Attributes
+    ----------
+    problem : Problem
+    variant : UpdateVariant
+        With its eps made explicit.
+    tolerance : float
+        Relative, of the convergence test; see `convexperc.solvers.paper.run`.
+    max_iterations : int
+    keep_iterates : bool
+        Whether `points` holds every iterate, or only the last.
+    stop : Stop or None
+        None while the loop runs.
+    points : list of (w, u)
+        Of shapes (n,) and (d,).
+    F : list of float
+        F at the start and after each complete iteration.
+    own : list of float
+        The variant's own objective at the same points; empty if it has none.
+    steps : list of (float, float)
+        Relative change of w and of u in each iteration.
+    """
 
     problem: Problem
     variant: UpdateVariant
@@ -140,7 +167,7 @@ class Log:
         return max(self.F[0], float(self.problem.o @ self.problem.o))
 
     def add(self, w: Vector, u: FeatureVector) -> None:
-        """Take in the start or an iterate, and decide whether it is the last."""
+        """Record the start or an iterate, and decide whether to stop."""
         value = objective(self.problem, w, u)
         if self.points and not (np.isfinite(value) and np.isfinite(w).all() and np.isfinite(u).all()):
             self.stop = Stop.DIVERGED
@@ -160,7 +187,7 @@ class Log:
             self.stop = Stop.ITERATION_LIMIT
 
     def _settled(self, w: Vector, u: FeatureVector) -> bool:
-        """Small steps, and no penalised size that still grows."""
+        """Whether the steps are small and no penalised size still grows."""
         before_w, before_u = self.points[-1]
         self.steps.append((_change(before_w, w), _change(before_u, u)))
         if max(self.steps[-1]) > self.tolerance:
@@ -174,7 +201,7 @@ class Log:
         return np.concatenate([views, modalities * (self.problem.lambda3 > 0.0)])
 
     def trace(self, order: Order, linear_solver: LinearSolver) -> PaperTrace:
-        """Freeze the run; what converged to a zero that it should have left is named so."""
+        """Return the finished run; convergence to a locked zero is reported as `Stop.LOCKED_AT_ZERO`."""
         w, u = self.points[-1]
         views, modalities = _locked(self.problem, self.variant, self.tolerance, w, u)
         stop = Stop.ITERATION_LIMIT if self.stop is None else self.stop
@@ -200,7 +227,7 @@ class Log:
 def _locked(
     problem: Problem, variant: UpdateVariant, tolerance: float, w: Vector, u: FeatureVector
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Exact zeros that D holds for ever, though |Xa - b|_j > lambda2 or ||X_i'b|| > lambda3.
+    """Return the exact zeros that the updates keep, although |Xa - b|_j > lambda2 or ||X_i'b|| > lambda3.
 
     a = 2(X'w - o), b = 2 lambda1 (Xu - w); the lambdas are those of the objective that the variant descends
     (lambda2/2 and lambda3/2 for `ABSOLUTE`), or of F if there is none.

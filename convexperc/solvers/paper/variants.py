@@ -1,4 +1,4 @@
-"""The variants of the paper's two updates: their D^w and D^u, their factor, and what each one descends."""
+"""The variants of the paper's two updates: D^w and D^u, the factor, and the objective that each descends."""
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -13,14 +13,14 @@ from convexperc.problem.modalities import Modalities
 from convexperc.problem.problem import Problem
 
 SMOOTHING_LOSS = 1e-6
-"""Default eps: the smoothed limit is then proved to lie within 1e-6 ||o||^2 = 1e-6 F(0, 0) of F*."""
+"""Sets the default eps: F at the smoothed limit exceeds F* by at most this times ||o||^2 = F(0, 0)."""
 
 SMALLEST_EPS = 1e-150
 """The default eps stays between this and its inverse, where its square neither under- nor overflows."""
 
 
 class Size(StrEnum):
-    """What stands for |w_i| in D^w = diag(1/(2 |w_i|))."""
+    """What takes the place of |w_i| in D^w = diag(1/(2 |w_i|))."""
 
     SIGNED = "w_i"
     ABSOLUTE = "|w_i|"
@@ -29,7 +29,7 @@ class Size(StrEnum):
 
 
 class Order(StrEnum):
-    """Which w the update of u sees: w(i+1), as lines 6 and 7 read, or w(i), as the text allows."""
+    """Which w the update of u uses: w(i+1), as in lines 6 and 7, or w(i), which the text allows too."""
 
     GAUSS_SEIDEL = "gauss_seidel"
     JACOBI = "jacobi"
@@ -37,7 +37,7 @@ class Order(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Diagonal:
-    """diag(1/(2 s_i)), kept as its sizes s, so that s_i = 0 costs no division.
+    """diag(1/(2 s_i)), stored as its sizes s, so that s_i = 0 causes no division by 0.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Diagonal:
     sizes: Float[np.ndarray, " k"]
 
     def times(self, weight: float) -> Float[np.ndarray, " k"]:
-        """Return weight / (2 s_i), shape (k,): infinite where s_i = 0, and absent (0) if `weight` is 0."""
+        """Return weight / (2 s_i), shape (k,): infinite where s_i = 0; 0 if `weight` is 0."""
         if weight == 0.0:
             return np.zeros_like(self.sizes)
         with np.errstate(divide="ignore", over="ignore"):
@@ -61,15 +61,16 @@ class Diagonal:
 
 @dataclass(frozen=True)
 class UpdateVariant:
-    """One way to read the update of Algorithm 1.
+    """One variant of the update of Algorithm 1.
 
     Attributes
     ----------
     name : str
+        By which `convexperc.solvers.paper.run` takes it.
     size : Size
-        What stands for |w_i| in D^w. D^u has ||u^i||_2, smoothed alike in the smoothed variant.
+        What takes the place of |w_i| in D^w. D^u has ||u^i||_2, smoothed likewise in the smoothed variant.
     factor : float
-        What multiplies lambda2 D^w and lambda3 D^u in the systems: 1/2 as printed, 1 as F asks for.
+        Factor of lambda2 D^w and lambda3 D^u in the systems: 1/2 as printed, 1 in the derivative of F.
     own : str
         The objective that no iteration raises, in either order; empty when there is none.
     eps : float or None
@@ -145,12 +146,19 @@ class UpdateVariant:
 
 
 PRINTED = UpdateVariant("printed", Size.SIGNED, factor=0.5, own="")
+"""Algorithm 1 as printed: D^w = diag(1/(2 w_i)), with the sign of w_i."""
 ABSOLUTE = UpdateVariant("absolute", Size.ABSOLUTE, factor=0.5, own="F with lambda2/2 and lambda3/2")
+"""The printed factor with |w_i| in D^w."""
 CORRECTED = UpdateVariant("corrected", Size.ABSOLUTE, factor=1.0, own="F")
+"""|w_i| in D^w, and the factor that belongs to F."""
 APPENDIX_HALF = UpdateVariant("appendix_half", Size.L1_NORM, factor=0.5, own="")
+"""||w||_1 in D^w, as in the appendix, with the printed factor."""
 APPENDIX_FULL = UpdateVariant("appendix_full", Size.L1_NORM, factor=1.0, own="")
+"""||w||_1 in D^w, as in the appendix, with the factor that belongs to F."""
 SMOOTHED = UpdateVariant("smoothed", Size.SMOOTHED, factor=1.0, own="F with sqrt(t^2 + eps^2) for |t|")
+"""`CORRECTED` with smoothed sizes, which never hold a coordinate at 0."""
 VARIANTS = (PRINTED, ABSOLUTE, CORRECTED, APPENDIX_HALF, APPENDIX_FULL, SMOOTHED)
+"""All variants."""
 
 
 def smoothed(eps: float | None = None) -> UpdateVariant:
