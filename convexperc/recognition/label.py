@@ -59,27 +59,28 @@ class Options(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class _Settings:
-    """The options, complete; an unknown one is a TypeError, as for any function."""
+    """The options, complete and checked."""
 
-    decision: Decision | str = Decision.OBJECTIVE
-    prune: bool = True
-    solver: Solver | None = None
-    escalate: bool = True
-    relative_tolerance: Any = RELATIVE
-    absolute_tolerance: Any = ABSOLUTE
+    decision: Decision
+    prune: bool
+    solver: Solver | None
+    escalate: bool
+    tolerances: Tolerances
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "decision", Decision.of(self.decision))
-
-    @property
-    def rule(self) -> Decision:
-        """What the templates are compared by."""
-        return Decision.of(self.decision)
-
-    @property
-    def tolerances(self) -> Tolerances:
-        """Both tolerances."""
-        return Tolerances(self.relative_tolerance, self.absolute_tolerance)
+    @classmethod
+    def of(
+        cls,
+        *,
+        decision: Decision | str = Decision.OBJECTIVE,
+        prune: bool = True,
+        solver: Solver | None = None,
+        escalate: bool = True,
+        relative_tolerance: float = RELATIVE,
+        absolute_tolerance: float = ABSOLUTE,
+    ) -> "_Settings":
+        """Fill in what is left out; an unknown option is a TypeError, as for any function."""
+        tolerances = Tolerances(relative_tolerance, absolute_tolerance)
+        return cls(Decision.of(decision), prune, solver, escalate, tolerances)
 
 
 def recognize(
@@ -133,7 +134,7 @@ def recognize(
     -----
     Paper: Algorithm 1, line 9 and its return: the label is the category with the lowest objective.
     """
-    settings, penalties = _Settings(**options), Penalties(lambda1, lambda2, lambda3)
+    settings, penalties = _Settings.of(**options), Penalties(lambda1, lambda2, lambda3)
     bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
     robots = _robots(views, bounds.data.n)
     return _recognised(bounds, penalties, robots, settings, None if start is None else start.answers)
@@ -169,7 +170,7 @@ def recognize_path(
     ProblemError, ModalityError, TemplateNameError, RobotNameError, DecisionError, ToleranceError
         See `recognize`.
     """
-    settings = _Settings(**options)
+    settings = _Settings.of(**options)
     bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
     robots = _robots(views, bounds.data.n)
     for triple in grid:
@@ -188,10 +189,10 @@ def _recognised(
     if settings.solver is not None:
         batch.fall_back(np.arange(bounds.data.p), settings.solver, escalate=settings.escalate)
     elif settings.prune:
-        prune_by_bounds(batch, settings.rule)
+        prune_by_bounds(batch, settings.decision)
     else:
         batch.finish()
-    found = decide(batch.answers, bounds.data.library.names, robots, settings.rule)
+    found = decide(batch.answers, bounds.data.library.names, robots, settings.decision)
     return _narrowed(found) if settings.escalate else found
 
 
