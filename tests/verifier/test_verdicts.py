@@ -13,6 +13,9 @@ from verification.evidence import Argument, Checker, Count, Evidence, Step, Verd
 from verification.families import FAMILIES
 from verification.verdicts import ContradictionError, judge, judge_all, judge_part
 
+CASES = 250 * len(FAMILIES) + 1
+"""Of one part in the made-up evidence, with one that fails."""
+
 PART = "T1c/limit"
 HELD = Count(PART, "random", held=40)
 OPEN = Count(PART, "random", held=40, undecided=3)
@@ -198,7 +201,7 @@ EXITS = {
     "a new counterexample": ({"refutations": plus("F2/conic")}, 1, "F2/conic: refuted"),
     "unconfirmed failures": ({"counts": failing("F2/conic")}, 1, "F2/conic: inconclusive, the baseline says"),
     "a stale record": ({"refutations": plus("D1/printed", False, "old")}, 1, "record old no longer fails"),
-    "a failed promise": ({"counts": failing("B2/true")}, 1, f"B2/true: 1 of {250 * len(FAMILIES) + 1:,} cases failed"),
+    "a failed promise": ({"counts": failing("B2/true")}, 1, f"B2/true: 1 of {CASES:,} cases failed"),
     "a refuted promise": ({"refutations": plus("B4/tie")}, 1, "B4/tie: 1 > 0"),
     "a family was not reached": ({"missing": ["family one_view"]}, 3, "missing: family one_view"),
     "a part was not run": ({"counts": without("F2/conic")}, 3, "F2/conic: inconclusive, the baseline says"),
