@@ -74,7 +74,7 @@ def test_the_templates_are_measured_once(mapped, monkeypatch, tmp_path):
     for place in (module, __import__("convexperc.problem.reduced").problem.reduced):
         monkeypatch.setattr(place, "squared_lengths", lambda *a: seen.append(a[1]) or real(*a))
     known = TemplateLibrary.of(O, modalities=SIZES)
-    assert known.O is O, "an array is not copied"
+    assert np.shares_memory(known.O, O) == mapped, "what could be written is copied"
     assert not known.measured
     for _ in range(3):
         recognize(X, known, **LAMBDAS)
@@ -108,6 +108,10 @@ def test_a_mapping_is_a_library_with_its_names():
         ({"a": [1.0, 2.0]}, {"names": ["b"]}, TemplateNameError, "mapping, whose keys are the names"),
         (np.eye(3), {"names": ["a", "b"]}, TemplateNameError, "each of the 3 templates once"),
         (np.eye(3), {"names": ["a", "a", "b"]}, TemplateNameError, "once"),
+        (np.eye(3), {"names": "abc"}, TemplateNameError, "by strings"),
+        (np.eye(3), {"names": ["a", "", "b"]}, TemplateNameError, "not empty"),
+        ({1: [1.0, 2.0]}, {}, TemplateNameError, "by strings"),
+        (np.ma.masked_greater(np.eye(3), 0.5), {}, ProblemError, "a mask that hides 3 entries"),
         (np.eye(3), {"modalities": [2, 2]}, ModalityError, "sum to the 3 columns"),
     ],
 )
@@ -120,8 +124,9 @@ def test_a_library_keeps_its_names_and_modalities():
     X, O = data(3)
     known = TemplateLibrary.of(O, names=("a", "b", "c"), modalities=SIZES)
     assert recognize(X, known, modalities=[5, 9, 6], names=["a", "b", "c"], **LAMBDAS).label is not None
-    with pytest.raises(ProblemError, match="must be those of the library"):
-        recognize(X, known, modalities=[10, 10], **LAMBDAS)
+    for other in ([10, 10], {"colour": 5, "hog": 9, "lbp": 6}):
+        with pytest.raises(ModalityError, match="must be those of the library"):
+            recognize(X, known, modalities=other, **LAMBDAS)
     with pytest.raises(TemplateNameError, match="the library has names"):
         recognize(X, known, names=["x", "y", "z"], **LAMBDAS)
     with pytest.raises(ProblemError, match="X must have 20 columns"):
@@ -175,7 +180,7 @@ def test_the_tolerances_are_one_rule():
 def test_a_start_of_another_size_is_refused():
     X, O = data(3)
     start = solve_many(X, O[:, :2], modalities=SIZES, **LAMBDAS)
-    with pytest.raises(StartError, match="start must be answers of"):
+    with pytest.raises(StartError, match=r"start must be answers of \(p, n\)"):
         solve_many(X, O, modalities=SIZES, start=start, **LAMBDAS)
 
 
@@ -235,3 +240,29 @@ def test_many_modality_names_are_checked_in_linear_time():
     )
     assert problem.m == 10_000
     assert len(looked) < 100_000, len(looked)
+
+
+def test_a_library_does_not_follow_the_array_that_it_was_made_of():
+    X, O = data()
+    known = TemplateLibrary.of(O, modalities=SIZES)
+    before = recognize(X, known, **LAMBDAS)
+    O *= 100.0
+    O[:, ::-1] = O.copy()
+    after = recognize(X, known, **LAMBDAS)
+    assert (after.label, after.verdict) == (before.label, before.verdict)
+    assert same(after.answers, before.answers)
+
+
+def test_a_mask_is_never_ignored():
+    X, O = data(3)
+    masked = np.ma.masked_array(X, mask=np.zeros_like(X))
+    assert recognize(masked, O, modalities=SIZES, **LAMBDAS).label is not None
+    masked[0, 0] = np.ma.masked
+    for call in (
+        lambda: recognize(masked, O, modalities=SIZES, **LAMBDAS),
+        lambda: Problem(masked, O[:, 0], modalities=SIZES, **LAMBDAS),
+        lambda: Problem(X, np.ma.masked_less(O[:, 0], 1.0), modalities=SIZES, **LAMBDAS),
+        lambda: solve_many(X, np.ma.masked_less(O, 1.0), modalities=SIZES, **LAMBDAS),
+    ):
+        with pytest.raises(ProblemError, match="must not be masked"):
+            call()

@@ -125,6 +125,10 @@ def is_power_of_two_times(scaled: Matrix, rows: Matrix, exponent: int) -> bool:
 
 def _as_array(value: Any, name: str, error: type[InputError]) -> NDArray[Any]:
     """Turn `value` into an array of a real kind (bool, integer, float) without changing its numbers."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        hidden = int(np.ma.getmaskarray(value).sum())
+        must, remedy = "must not be masked", "Fill or drop the masked entries first."
+        raise error(name, value=f"a mask that hides {hidden} entries", must=must, remedy=remedy)
     try:
         source = np.asarray(value)
     except (ValueError, TypeError, OverflowError) as problem:

@@ -1,6 +1,6 @@
 """The known objects: a library of templates, checked and measured once, and used for many sets of views."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from convexperc.errors import ProblemError, TemplateNameError
+from convexperc.errors import InputError, ModalityError, ProblemError, TemplateNameError
 from convexperc.problem.arrays import BLOCK, FeatureVector, real_array
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.reduction import CHUNK
@@ -24,8 +24,8 @@ class TemplateLibrary:
     Attributes
     ----------
     O : array of real numbers (d, p)
-        Column j is template j. An array, also a memory-mapped one, is not copied; keep it as it is while the
-        library or an answer to it is in use.
+        Column j is template j. `of` copies an array that can be written; a read-only or memory-mapped one is
+        not copied and must stay as it is while the library, or an answer to it, is in use.
     modalities : Modalities
         The partition of the d features.
     given_names : tuple of p str, or None
@@ -68,6 +68,9 @@ class TemplateLibrary:
         if isinstance(templates, TemplateLibrary):
             return templates._confirmed(names, modalities)
         columns, found = read_columns(templates, names)
+        if columns.flags.writeable and not isinstance(columns, np.memmap):
+            columns = columns.copy()
+            columns.flags.writeable = False
         return cls(columns, Modalities.of(modalities, columns.shape[0]), found)
 
     def _confirmed(self, names: Sequence[str] | None, modalities: Any) -> "TemplateLibrary":
@@ -76,10 +79,12 @@ class TemplateLibrary:
             raise TemplateNameError("names", value=names, must="must be left out: the library has names")
         if modalities is None or modalities is self.modalities:
             return self
-        if not Modalities.of(modalities, self.d).same(self.modalities):
+        wanted = Modalities.of(modalities, self.d)
+        named = isinstance(modalities, (Modalities, Mapping)) and wanted.names != self.modalities.names
+        if named or not wanted.same(self.modalities):
             remedy = "Leave them out, or make the library with them."
-            must = "must be those of the library"
-            raise ProblemError("modalities", value=modalities, must=must, remedy=remedy)
+            must = f"must be those of the library, {', '.join(self.modalities.names)}"
+            raise ModalityError("modalities", value=modalities, must=must, remedy=remedy)
         return self
 
     def __len__(self) -> int:
@@ -193,17 +198,35 @@ def read_columns(templates: Any, names: Sequence[str] | None) -> tuple[Any, tupl
             must = "must be left out where the templates are a mapping, whose keys are the names"
             raise TemplateNameError("names", value=names, must=must)
         names, templates = tuple(templates), _columns(templates)
-    columns, given = _as_columns(templates), None if names is None else tuple(names)
-    p = columns.shape[1]
-    if given is not None and not len(given) == len(set(given)) == p:
-        raise TemplateNameError("names", value=given, must=f"must name each of the {p} templates once")
-    return columns, given
+    columns = _as_columns(templates)
+    if names is None:
+        return columns, None
+    return columns, checked_names(names, columns.shape[1], TemplateNameError, "names", "templates")
+
+
+def checked_names(
+    names: Any, count: int, error: type[InputError], argument: str, named: str
+) -> tuple[str, ...]:
+    """As many names as there are things to be named: strings, not empty, all different.
+
+    Raises
+    ------
+    InputError
+        Of the class given.
+    """
+    given = () if isinstance(names, str) or not isinstance(names, Iterable) else tuple(names)
+    strings = all(isinstance(name, str) and name for name in given)
+    if not strings or len(given) != count or len(set(given)) != count:
+        must = f"must name each of the {count} {named} once, by strings that are not empty"
+        raise error(argument, value=names, must=must)
+    return given
 
 
 def _as_columns(templates: Any) -> Any:
     """O as an array of real numbers with a column for each template, copied only if it is no such array."""
     found = templates
-    if not (isinstance(found, np.ndarray) and found.dtype.kind in "buif" and found.ndim == 2):
+    plain = isinstance(found, np.ndarray) and not isinstance(found, np.ma.MaskedArray)
+    if not (plain and found.dtype.kind in "buif" and found.ndim == 2):
         found = real_array(templates, "O", 2)
     if 0 in found.shape:
         must = "must have at least one row and at least one column"
@@ -211,7 +234,7 @@ def _as_columns(templates: Any) -> Any:
     return found
 
 
-def _columns(templates: Mapping[str, Any]) -> Float[np.ndarray, "d p"]:
+def _columns(templates: Mapping[Any, Any]) -> Float[np.ndarray, "d p"]:
     """Each template of a mapping as a column."""
     if not templates:
         raise ProblemError("references", value=templates, must="must name at least one object")

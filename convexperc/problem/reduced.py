@@ -81,10 +81,12 @@ class ReducedData:
         """
         began = time.perf_counter()
         if isinstance(templates, TemplateLibrary):
-            _check_columns(X, templates)
-            modalities = templates.modalities if modalities is None else modalities
-        views = Views.of(X, modalities)
-        library = _library(templates, names, views)
+            library = TemplateLibrary.of(templates, names=names, modalities=modalities)
+            _check_columns(X, library)
+            views = Views.of(X, library.modalities)
+        else:
+            views = Views.of(X, modalities)
+            library = _library(templates, names, views)
         x, usable = _exponent(views.reduction)
         C = _products(views.reduction, library)
         lengths = library.lengths
@@ -149,8 +151,6 @@ def _check_columns(X: Any, library: TemplateLibrary) -> None:
 
 def _library(templates: Any, names: Sequence[str] | None, views: Views) -> TemplateLibrary:
     """The templates, which have as many features as the views."""
-    if isinstance(templates, TemplateLibrary):
-        return TemplateLibrary.of(templates, names=names, modalities=views.modalities)
     columns, found = read_columns(templates, names)
     d = views.X.shape[1]
     if columns.shape[0] != d:

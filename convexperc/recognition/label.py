@@ -10,8 +10,9 @@ from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.lambda_max import zero_is_optimal
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.enclosure import enclose, finite_start
-from convexperc.errors import RobotNameError
+from convexperc.errors import RobotNameError, StartError
 from convexperc.problem.arrays import euclidean_length
+from convexperc.problem.library import checked_names
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.reduced import ReducedData
 from convexperc.recognition.decision import Decision
@@ -137,6 +138,11 @@ def recognize(
     settings, penalties = _Settings.of(**options), Penalties(lambda1, lambda2, lambda3)
     bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
     robots = _robots(views, bounds.data.n)
+    if start is not None and not isinstance(start, Recognition):
+        must = "must be an earlier Recognition"
+        raise StartError(
+            "start", value=type(start).__name__, must=must, remedy="Pass what recognize returned."
+        )
     return _recognised(bounds, penalties, robots, settings, None if start is None else start.answers)
 
 
@@ -215,10 +221,9 @@ def decided_by(found: Recognition, decision: Decision | str) -> Recognition:
 
 def _robots(given: Sequence[str] | None, n: int) -> tuple[str, ...]:
     """As many names as robots, all different, or else the default ones."""
-    names = tuple(f"robot {i}" for i in range(1, n + 1)) if given is None else tuple(given)
-    if len(names) != n or len(set(names)) != n:
-        raise RobotNameError("views", value=names, must=f"must name each of the {n} rows of X once")
-    return names
+    if given is None:
+        return tuple(f"robot {i}" for i in range(1, n + 1))
+    return checked_names(given, n, RobotNameError, "views", "rows of X")
 
 
 def _narrowed(found: Recognition) -> Recognition:

@@ -102,9 +102,14 @@ class BatchSolver:
         return self.bounds.data
 
     def _start_from(self, start: Answers) -> None:
+        if not isinstance(start, Answers):
+            must = "must be earlier Answers"
+            raise StartError(
+                "start", value=type(start).__name__, must=must, remedy="Pass what solve_many returned."
+            )
         sizes = self.reduced.W.shape, self.reduced.T.shape
         if (start.w.shape, start.modality_norms.shape) != sizes:
-            must = f"must be answers of {sizes[0]} views and {sizes[1]} modalities"
+            must = f"must be answers of (p, n) = {sizes[0]} and (p, m) = {sizes[1]}"
             found = start.w.shape, start.modality_norms.shape
             raise StartError("start", value=found, must=must, remedy="Start anew.")
         x, k = self.data.x, self.data.exponents[:, None]

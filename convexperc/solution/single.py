@@ -8,7 +8,7 @@ import numpy as np
 from convexperc.certificate.certificate import Certificate, Certifier
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.enclosure import certify_in_balls, enclose, finite_start
-from convexperc.errors import SolverError
+from convexperc.errors import InputError, SolverError
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.formulation import residuals
 from convexperc.problem.problem import Problem
@@ -67,6 +67,8 @@ def solve(
 
     Raises
     ------
+    InputError
+        `solver` is no solver.
     ToleranceError
         A tolerance is no finite number >= 0.
     SolverError, ArithmeticError, numpy.linalg.LinAlgError
@@ -76,6 +78,9 @@ def solve(
     if escalate is None:
         escalate = solver is None
     solver = Newton() if solver is None else solver
+    if isinstance(solver, type) or not isinstance(solver, Solver):
+        must = "must be a solver: an object with a name and a method solve(problem)"
+        raise InputError("solver", value=solver, must=must, remedy="Pass an instance such as Conic().")
     start = time.perf_counter()
     scaling = Scaling.of(problem)
     normal = scaling.normalise(problem)
