@@ -207,9 +207,8 @@ class Answers:
         w, u = np.array(self.reduced.W[j]), self.data.recover(self.reduced.T[j], q)
         X, o, _ = scaling.data(problem)
         b = np.zeros_like(q) if self.penalties.uncoupled else -2.0 * q
-        return SolverResult(
-            w, u, "answered in a batch", int(self.reduced.iterations[j]), (2.0 * (X.T @ w - o), b)
-        )
+        status = self.reduced.status(j, self.tolerances.relative, Newton().max_iterations)
+        return SolverResult(w, u, status, int(self.reduced.iterations[j]), (2.0 * (X.T @ w - o), b))
 
 
 def _frozen(array: Found) -> Found:

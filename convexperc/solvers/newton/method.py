@@ -58,6 +58,15 @@ class Batch:
     iterations: Int[np.ndarray, " p"]
     gaps: Float[np.ndarray, "p 2"]
 
+    def status(self, j: int, tolerance: float, limit: int) -> str:
+        """Why template j was left, one of `STATUSES`: at this relative gap, or after so many iterations."""
+        F, gap = self.gaps[j]
+        if np.isnan(gap):
+            return DIRECT
+        if gap <= tolerance * F:
+            return SOLVED
+        return LIMIT if self.iterations[j] >= limit else STAGNATED
+
     def start(self) -> Start:
         """A start for the next set of views, or for the next lambdas."""
         return Start(self.W, self.T)
@@ -94,14 +103,9 @@ class Newton:
         w, q = batch.W[0], batch.Q[0]
         u = reduction.recover(batch.T[0], q)
         dual = 2.0 * (problem.X.T @ w - problem.o), -2.0 * q
-        return SolverResult(w, u, self._status(batch), int(batch.iterations[0]), dual)
-
-    def _status(self, batch: Batch) -> str:
-        """Why the first template's iteration ended."""
-        F, gap = batch.gaps[0]
-        if gap <= self.tolerance * F:
-            return SOLVED
-        return LIMIT if batch.iterations[0] >= self.max_iterations else STAGNATED
+        return SolverResult(
+            w, u, batch.status(0, self.tolerance, self.max_iterations), int(batch.iterations[0]), dual
+        )
 
     def batch(
         self,
