@@ -1,7 +1,9 @@
 """The template library, checked and measured once for many sets of views; the lambdas; the tolerances."""
 
+import gc
 import pickle
 import tracemalloc
+import weakref
 
 import numpy as np
 import pytest
@@ -29,6 +31,7 @@ from convexperc.problem import library as module
 from convexperc.problem.reduced import ReducedData
 from convexperc.problem.reduction import Reduction
 from convexperc.solution.batch import BatchSolver
+from convexperc.solution.solution import Status
 
 LAMBDAS = {"lambda1": 0.3, "lambda2": 0.2, "lambda3": 0.1}
 SIZES = {"color": 5, "hog": 9, "lbp": 6}
@@ -105,7 +108,7 @@ def test_a_mapping_is_a_library_with_its_names():
         (np.zeros((3, 2), complex), {}, ProblemError, "real numbers"),
         ({}, {}, ProblemError, "at least one object"),
         ({"a": [1.0, 2.0], "b": [1.0]}, {}, ProblemError, "2 entries that reference 'a' has"),
-        ({"a": [1.0, 2.0]}, {"names": ["b"]}, TemplateNameError, "mapping, whose keys are the names"),
+        ({"a": [1.0, 2.0]}, {"names": ["b"]}, TemplateNameError, "mapping, or be its keys"),
         (np.eye(3), {"names": ["a", "b"]}, TemplateNameError, "each of the 3 templates once"),
         (np.eye(3), {"names": ["a", "a", "b"]}, TemplateNameError, "once"),
         (np.eye(3), {"names": "abc"}, TemplateNameError, "by strings"),
@@ -116,8 +119,9 @@ def test_a_mapping_is_a_library_with_its_names():
     ],
 )
 def test_what_is_no_library_is_refused(templates, options, error, text):
-    with pytest.raises(error, match=text):
-        TemplateLibrary.of(templates, **options)
+    for make in (TemplateLibrary, TemplateLibrary.of):
+        with pytest.raises(error, match=text):
+            make(templates, **options)
 
 
 def test_a_library_keeps_its_names_and_modalities():
@@ -186,7 +190,7 @@ def test_a_start_of_another_size_is_refused():
 
 def test_an_unknown_option_is_a_type_error():
     X, O = data(3)
-    with pytest.raises(TypeError, match="prunee"):
+    with pytest.raises(TypeError, match=r"recognize.*prunee.*its options are decision, prune"):
         recognize(X, O, modalities=SIZES, prunee=False, **LAMBDAS)
 
 
@@ -206,7 +210,7 @@ def test_gram_matrices_are_made_once_for_all_templates_that_fall_back(monkeypatc
     real = Reduction.of.__func__
     monkeypatch.setattr(Reduction, "of", classmethod(lambda cls, *a: made.append(1) or real(cls, *a)))
     batch.fall_back(np.arange(len(O.T)))
-    assert batch.answers.certified.all()
+    assert batch.answers().certified.all()
     assert len(made) <= 1, f"{len(made)} times for {len(O.T)} templates"
 
 
@@ -266,3 +270,36 @@ def test_a_mask_is_never_ignored():
     ):
         with pytest.raises(ProblemError, match="must not be masked"):
             call()
+
+
+def test_what_was_known_before_is_not_mixed_with_what_came_later():
+    X, O = data()
+    batch = BatchSolver.of(DataBounds.of(ReducedData.of(X, O, SIZES)), Penalties(0.3, 0.2, 0.1), Tolerances())
+    batch.finish()
+    found = batch.answers()
+    assert found.certified.all()
+    with pytest.raises(ValueError, match="read-only"):
+        batch.advance(np.arange(2))
+    with pytest.raises(ValueError, match="read-only"):
+        found.reduced.T[:] = 0.0
+
+
+def test_the_normalised_copy_of_x_lives_as_long_as_it_is_used():
+    X, O = data()
+    problem = Problem(3.0 * X, O[:, 0], modalities=SIZES, **LAMBDAS)
+    held = problem.views.normalised
+    assert problem.views.normalised is held
+    gone = weakref.ref(held)
+    del held
+    gc.collect()
+    assert gone() is None
+    assert solve(problem).status is Status.CERTIFIED
+
+
+def test_the_reference_that_does_not_fit_is_named():
+    X, O = data(2)
+    for references in ({"a": O[1:, 0], "b": O[:, 1]}, {"b": O[:, 1], "a": O[1:, 0]}):
+        with pytest.raises(
+            ProblemError, match="reference 'a' must have one entry for each of the 20 columns"
+        ):
+            recognize(X, references, **LAMBDAS)

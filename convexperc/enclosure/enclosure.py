@@ -107,12 +107,12 @@ def enclose(
     PointError
         A start of a wrong shape or with NaN or infinity.
     PrecisionError
-        Fewer than 53 bits.
+        Fewer than 53 bits, or no integer.
     ToleranceError
         A tolerance is no finite number >= 0.
     """
-    if bits < 53:
-        raise PrecisionError("bits", value=bits, must="must be at least 53")
+    if not (bits >= 53 and bits % 1 == 0):
+        raise PrecisionError("bits", value=bits, must="must be an integer of at least 53")
     known = _Known.of(problem, start)
     tolerances = Tolerances(relative_tolerance, absolute_tolerance)
     best = _in_one_precision(known, bits, tolerances)

@@ -17,19 +17,37 @@ SAFE_SQUARE = 2.0**200
 """Squared lengths beyond this, or below its inverse, are left to `solve`: products may underflow."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False, repr=False)
 class TemplateLibrary:
     """p templates: reference features of known objects, with their names and modalities.
 
+    Parameters
+    ----------
+    templates : mapping of str to array_like (d,), or array_like (d, p)
+        Each object's name and reference features; or the columns of O.
+    names : sequence of p str, optional
+        Names of the columns of an array; ``object 1`` ... without.
+    modalities : see `Modalities.of`
+
     Attributes
     ----------
-    O : array of real numbers (d, p)
-        Column j is template j. `of` copies an array that can be written; a read-only or memory-mapped one is
-        not copied and must stay as it is while the library, or an answer to it, is in use.
+    O : array of real numbers (d, p), read-only
+        Column j is template j. An array that can be written is copied; a read-only or memory-mapped one is
+        not, and must stay as it is while the library, or an answer to it, is in use.
     modalities : Modalities
         The partition of the d features.
     given_names : tuple of p str, or None
         One name a template, all different, if they were given.
+
+    Raises
+    ------
+    ProblemError
+        No template at all, a wrong shape, or entries that are not real numbers; those that are not finite are
+        found by the first pass over the data.
+    ModalityError
+        The modalities are not a partition of the d features.
+    TemplateNameError
+        Names that do not fit, or others than the keys of a mapping.
 
     Notes
     -----
@@ -39,39 +57,56 @@ class TemplateLibrary:
 
     O: Any  # noqa: E741 - the paper's symbol
     modalities: Modalities
-    given_names: tuple[str, ...] | None = None
+    given_names: tuple[str, ...] | None
+
+    def __init__(self, templates: Any, *, names: Sequence[str] | None = None, modalities: Any = None) -> None:
+        columns, found = read_columns(templates, names)
+        if columns.flags.writeable and not isinstance(columns, np.memmap):
+            columns = columns.copy()
+            columns.flags.writeable = False
+        parts = Modalities.of(modalities, columns.shape[0])
+        self.__dict__.update(O=columns, modalities=parts, given_names=found)
 
     @classmethod
     def of(
         cls, templates: Any, *, names: Sequence[str] | None = None, modalities: Any = None
     ) -> "TemplateLibrary":
-        """Read templates from any of their usual forms.
+        """Make a library, or take one as it is.
 
         Parameters
         ----------
-        templates : TemplateLibrary, mapping of str to array_like (d,), or array_like (d, p)
-            Each object's name and reference features; or the columns of O.
-        names : sequence of p str, optional
-            Names of the columns of an array; ``object 1`` ... without.
-        modalities : see `Modalities.of`
+        templates : TemplateLibrary, or as for the class
+        names, modalities : as for the class
+            For a library they may be left out, or must be its own.
 
         Raises
         ------
-        ProblemError
-            No template at all, a wrong shape, or entries that are not real numbers; those that are not
-            finite are found by the first pass over the data.
-        ModalityError
-            The modalities are not a partition of the d features, or differ from those of the library given.
-        TemplateNameError
-            Names that do not fit, or that are given beside those of a mapping or a library.
+        ProblemError, ModalityError, TemplateNameError
+            As the class; also other names or modalities than those of the library given.
         """
         if isinstance(templates, TemplateLibrary):
             return templates._confirmed(names, modalities)
-        columns, found = read_columns(templates, names)
-        if columns.flags.writeable and not isinstance(columns, np.memmap):
-            columns = columns.copy()
-            columns.flags.writeable = False
-        return cls(columns, Modalities.of(modalities, columns.shape[0]), found)
+        return cls(templates, names=names, modalities=modalities)
+
+    @classmethod
+    def for_views(
+        cls, templates: Any, names: Sequence[str] | None, modalities: Modalities
+    ) -> "TemplateLibrary":
+        """Take the templates of one call, without a copy; they must have as many features as its views.
+
+        Raises
+        ------
+        ProblemError, TemplateNameError
+            As the class; also another number of features.
+        """
+        columns, found = read_columns(templates, names, modalities.d)
+        library = object.__new__(cls)
+        library.__dict__.update(O=columns, modalities=modalities, given_names=found)
+        return library
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.O.flags.writeable = False
 
     def _confirmed(self, names: Sequence[str] | None, modalities: Any) -> "TemplateLibrary":
         """The same library, unless it is to have other names or modalities."""
@@ -191,14 +226,20 @@ def squared_lengths(block: Float[np.ndarray, "d k"], first: int) -> Float[np.nda
     return np.asarray(found)
 
 
-def read_columns(templates: Any, names: Sequence[str] | None) -> tuple[Any, tuple[str, ...] | None]:
-    """O and the names of its columns, from a mapping or an array; see `TemplateLibrary.of`."""
+def read_columns(
+    templates: Any, names: Sequence[str] | None, d: int | None = None
+) -> tuple[Any, tuple[str, ...] | None]:
+    """O, with d rows if that is known, and the names of its columns; see `TemplateLibrary`."""
     if isinstance(templates, Mapping):
-        if names is not None:
-            must = "must be left out where the templates are a mapping, whose keys are the names"
+        given = checked_names(tuple(templates), len(templates), TemplateNameError, "references", "templates")
+        if names is not None and tuple(names) != given:
+            must = "must be left out where the templates are a mapping, or be its keys"
             raise TemplateNameError("names", value=names, must=must)
-        names, templates = tuple(templates), _columns(templates)
+        return _columns(templates, d), given
     columns = _as_columns(templates)
+    if d is not None and columns.shape[0] != d:
+        must = f"must have {d} rows, as X has columns"
+        raise ProblemError("O", value=columns.shape, must=must, remedy="Each column of O is one template.")
     if names is None:
         return columns, None
     return columns, checked_names(names, columns.shape[1], TemplateNameError, "names", "templates")
@@ -234,14 +275,18 @@ def _as_columns(templates: Any) -> Any:
     return found
 
 
-def _columns(templates: Mapping[Any, Any]) -> Float[np.ndarray, "d p"]:
-    """Each template of a mapping as a column."""
+def _columns(templates: Mapping[str, Any], d: int | None) -> Float[np.ndarray, "d p"]:
+    """Each template of a mapping as a column, read-only."""
     if not templates:
         raise ProblemError("references", value=templates, must="must name at least one object")
     rows = {name: real_array(o, f"reference {name!r}", 1) for name, o in templates.items()}
-    first, d = next((name, row.size) for name, row in rows.items())
+    first = next(iter(rows))
+    must = f"must have the {rows[first].size} entries that reference {first!r} has"
+    if d is not None:
+        must = f"must have one entry for each of the {d} columns of X"
     for name, row in rows.items():
-        if row.size != d:
-            must = f"must have the {d} entries that reference {first!r} has"
+        if row.size != (rows[first].size if d is None else d):
             raise ProblemError(f"reference {name!r}", value=row.shape, must=must)
-    return np.stack(list(rows.values())).T
+    columns = np.stack(list(rows.values())).T
+    columns.flags.writeable = False
+    return columns

@@ -4,20 +4,17 @@ After this pass nothing of size d is needed until an answer's u is asked for.
 """
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from convexperc.errors import ProblemError
-from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.library import (
     SAFE_SQUARE,
     TemplateLibrary,
     length_exponents,
-    read_columns,
     squared_lengths,
 )
 from convexperc.problem.penalties import Penalties
@@ -82,11 +79,10 @@ class ReducedData:
         began = time.perf_counter()
         if isinstance(templates, TemplateLibrary):
             library = TemplateLibrary.of(templates, names=names, modalities=modalities)
-            _check_columns(X, library)
-            views = Views.of(X, library.modalities)
+            views = Views.of(X, library.modalities, library.d)
         else:
             views = Views.of(X, modalities)
-            library = _library(templates, names, views)
+            library = TemplateLibrary.for_views(templates, names, views.modalities)
         x, usable = _exponent(views.reduction)
         C = _products(views.reduction, library)
         lengths = library.lengths
@@ -135,31 +131,6 @@ class ReducedData:
             found[:, 1] = np.ldexp(penalties.lambda2, -self.x - self.exponents)
             found[:, 2] = np.ldexp(penalties.lambda3, -2 * self.x - self.exponents)
         return found
-
-    def recover(self, t: Float[np.ndarray, " m"], q: Vector) -> FeatureVector:
-        """Feature weights in normalised units, from a reduced answer: u^i = t_i X_i' q."""
-        return np.asarray(np.ldexp(self.views.reduction.recover(t, q), -self.x))
-
-
-def _check_columns(X: Any, library: TemplateLibrary) -> None:
-    """Say that X does not fit the library before its modalities do."""
-    shape = np.shape(X)
-    if len(shape) == 2 and shape[1] != library.d:
-        must = f"must have {library.d} columns, as the templates have features"
-        raise ProblemError("X", value=shape, must=must)
-
-
-def _library(templates: Any, names: Sequence[str] | None, views: Views) -> TemplateLibrary:
-    """The templates, which have as many features as the views."""
-    columns, found = read_columns(templates, names)
-    d = views.X.shape[1]
-    if columns.shape[0] != d:
-        if isinstance(templates, Mapping):
-            must = f"must have one entry for each of the {d} columns of X"
-            raise ProblemError(f"reference {next(iter(templates))!r}", value=columns.shape[:1], must=must)
-        must = f"must have {d} rows, as X has columns"
-        raise ProblemError("O", value=columns.shape, must=must, remedy="Each column of O is one template.")
-    return TemplateLibrary(columns, views.modalities, found)
 
 
 def _exponent(reduction: Reduction) -> tuple[int, bool]:

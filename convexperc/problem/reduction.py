@@ -54,8 +54,12 @@ class Reduction:
         n, d = X.shape
         K = np.empty((len(modalities), n, n))
         for gram, columns in zip(K, modalities, strict=True):
-            blocks = (X[:, part] for part in _chunks(columns, d))
-            gram[:] = sum(block @ block.T for block in blocks)
+            chunks = _chunks(columns, d)
+            block = X[:, next(chunks)]
+            np.matmul(block, block.T, out=gram)
+            for part in chunks:
+                block = X[:, part]
+                gram += block @ block.T
         return cls(X, modalities, K, K.sum(axis=0), min(d, CHUNK) + -(-d // CHUNK) + 2 * len(modalities))
 
     def product(self, O: Float[np.ndarray, "d p"]) -> Float[np.ndarray, "p n"]:  # noqa: E741

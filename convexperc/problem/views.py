@@ -1,5 +1,6 @@
 """The views of one moment: X and its modalities, checked and copied once, and what all templates share."""
 
+import weakref
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -35,19 +36,23 @@ class Views:
     exact: bool = True
 
     @classmethod
-    def of(cls, X: Any, modalities: Any = None) -> "Views":
-        """Copy and check; `modalities` as `Modalities.of` reads them.
+    def of(cls, X: Any, modalities: Any = None, d: int | None = None) -> "Views":
+        """Copy and check; `modalities` as `Modalities.of` reads them, d the number of features if known.
 
         Raises
         ------
         ProblemError
-            NaN, infinity, complex numbers, strings, a wrong shape, an empty X, an integer that overflows.
+            NaN, infinity, complex numbers, strings, a wrong shape, an empty X, an integer that overflows,
+            another number of columns than d.
         ModalityError
             The modalities are not a partition of the columns.
         """
         matrix = real_array(X, "X", 2)
         if 0 in matrix.shape:
             must = "must have at least one row (robot) and one column"
+            raise ProblemError("X", value=matrix.shape, must=must)
+        if d is not None and matrix.shape[1] != d:
+            must = f"must have {d} columns, as the templates have features"
             raise ProblemError("X", value=matrix.shape, must=must)
         return cls(matrix, Modalities.of(modalities, matrix.shape[1]))
 
@@ -65,10 +70,15 @@ class Views:
         """The Gram matrices: one pass over X."""
         return Reduction.of(self.X, self.modalities)
 
-    @cached_property
+    @property
     def normalised(self) -> "Views":
-        """X / 2^exponent."""
-        return self.divided(self.exponent)
+        """X / 2^exponent: the same object for as long as somebody holds it, since it is as large as X."""
+        held: Views | None = self.__dict__.get("_normalised", lambda: None)()
+        if held is None:
+            held = self.divided(self.exponent)
+            if held is not self:
+                self.__dict__["_normalised"] = weakref.ref(held)
+        return held
 
     def divided(self, exponent: int) -> "Views":
         """X / 2^exponent; the same object where the exponent is 0."""

@@ -29,11 +29,12 @@ class Decision(Enum):
         """
         if isinstance(value, cls):
             return value
-        for decision in cls:
-            if value == decision.value:
-                return decision
-        if value == "explained share":
-            return cls.EXPLAINED_FRACTION
+        if isinstance(value, str):
+            for decision in cls:
+                if value == decision.value:
+                    return decision
+            if value == "explained share":
+                return cls.EXPLAINED_FRACTION
         names = ", ".join(repr(decision.value) for decision in cls)
         raise DecisionError("decision", value=value, must=f"must be one of {names}")
 

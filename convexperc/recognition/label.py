@@ -1,6 +1,6 @@
 """Which object is it: from the views and the templates to a label that is proved or not claimed."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypedDict, Unpack
 
@@ -79,9 +79,19 @@ class _Settings:
         relative_tolerance: float = RELATIVE,
         absolute_tolerance: float = ABSOLUTE,
     ) -> "_Settings":
-        """Fill in what is left out; an unknown option is a TypeError, as for any function."""
+        """Fill in what is left out."""
         tolerances = Tolerances(relative_tolerance, absolute_tolerance)
         return cls(Decision.of(decision), prune, solver, escalate, tolerances)
+
+
+def _check(function: str, options: Mapping[str, Any]) -> None:
+    """Refuse an unknown option as a function does."""
+    for name in options:
+        if name not in Options.__annotations__:
+            known = ", ".join(Options.__annotations__)
+            raise TypeError(
+                f"{function}() got an unexpected keyword argument {name!r}; its options are {known}"
+            )
 
 
 def recognize(
@@ -135,6 +145,7 @@ def recognize(
     -----
     Paper: Algorithm 1, line 9 and its return: the label is the category with the lowest objective.
     """
+    _check("recognize", options)
     settings, penalties = _Settings.of(**options), Penalties(lambda1, lambda2, lambda3)
     bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
     robots = _robots(views, bounds.data.n)
@@ -176,6 +187,7 @@ def recognize_path(
     ProblemError, ModalityError, TemplateNameError, RobotNameError, DecisionError, ToleranceError
         See `recognize`.
     """
+    _check("recognize_path", options)
     settings = _Settings.of(**options)
     bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
     robots = _robots(views, bounds.data.n)
@@ -198,7 +210,7 @@ def _recognised(
         prune_by_bounds(batch, settings.decision)
     else:
         batch.finish()
-    found = decide(batch.answers, bounds.data.library.names, robots, settings.decision)
+    found = decide(batch.answers(), bounds.data.library.names, robots, settings.decision)
     return _narrowed(found) if settings.escalate else found
 
 

@@ -15,6 +15,7 @@ from convexperc.problem.arrays import FeatureVector
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
 from convexperc.problem.reduced import ReducedData
+from convexperc.problem.scaling import Scaling
 from convexperc.solution.single import certified, solve
 from convexperc.solution.solution import Solution, Status, Timings
 from convexperc.solvers.interface import SolverResult
@@ -83,14 +84,12 @@ class Answers:
     stages: Stages = field(repr=False)
 
     def __post_init__(self) -> None:
-        self._freeze()
+        for bound in (self.lower, self.upper, self.gap):
+            bound.flags.writeable = False
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._freeze()
-
-    def _freeze(self) -> None:
-        for value in self.__dict__.values():
+        for value in (*state.values(), *self.proved, *vars(self.reduced).values()):
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
 
@@ -101,6 +100,16 @@ class Answers:
     def data(self) -> ReducedData:
         """The views and the templates."""
         return self.bounds.data
+
+    @property
+    def relative_tolerance(self) -> float:
+        """Largest share of F* that the gap of a certified answer may be."""
+        return self.tolerances.relative
+
+    @property
+    def absolute_tolerance(self) -> float:
+        """Largest share of ||o||^2 that the gap of a certified answer may be."""
+        return self.tolerances.absolute
 
     @property
     def lambdas(self) -> tuple[float, float, float]:
@@ -196,17 +205,20 @@ class Answers:
         if not self.certified[j]:
             relative, absolute = self.tolerances.relative, self.tolerances.absolute
             return solve(problem, relative_tolerance=relative, absolute_tolerance=absolute)
+        scaling = Scaling.of(problem)
         return certified(
-            problem, self.data.scaling(j), Newton().name, self._result(j, problem), self.tolerances,
+            problem, scaling, Newton().name, self._result(j, problem, scaling), self.tolerances,
             escalate=True, timings=Timings(0.0, 0.0, 0.0),
         )  # fmt: skip
 
-    def _result(self, j: int, problem: Problem) -> SolverResult:
-        """The reduced answer to template j as the solver's result, in units of its scaling."""
-        scaling, q = self.data.scaling(j), self.reduced.Q[j]
-        w, u = np.array(self.reduced.W[j]), self.data.recover(self.reduced.T[j], q)
+    def _result(self, j: int, problem: Problem, scaling: Scaling) -> SolverResult:
+        """The reduced answer to template j as the solver's result, in units of the scaling."""
+        w, u = scaling.point(np.array(self.w[j]), self.u(j))
         X, o, _ = scaling.data(problem)
-        b = np.zeros_like(q) if self.penalties.uncoupled else -2.0 * q
+        b = np.zeros(self.data.n)
+        if not self.penalties.uncoupled:
+            batch = self.data.scaling(j)
+            b = np.ldexp(-2.0 * self.reduced.Q[j], batch.x + batch.o - scaling.x - scaling.o)
         status = self.reduced.status(j, self.tolerances.relative, Newton().max_iterations)
         return SolverResult(w, u, status, int(self.reduced.iterations[j]), (2.0 * (X.T @ w - o), b))
 

@@ -159,21 +159,22 @@ class BatchSolver:
         )  # fmt: skip
         for mine, new in zip(self.proved, proved, strict=True):
             mine[chosen] = new
-        for name in ("W", "T", "Q", "iterations", "gaps"):
-            getattr(self.reduced, name)[chosen] = getattr(found, name)
+        for mine, new in zip(vars(self.reduced).values(), vars(found).values(), strict=True):
+            mine[chosen] = new
         self._changed()
         self.proving += time.perf_counter() - began
 
     def finish(self) -> None:
         """Solve every template to the end."""
         self.advance(self.ready.nonzero()[0])
-        self.fall_back((~self.answers.certified).nonzero()[0])
+        self.fall_back((~self.so_far.certified).nonzero()[0])
 
     def fall_back(self, chosen: Chosen, solver: Solver | None = None, *, escalate: bool = True) -> None:
         """Solve the chosen templates one by one, on the original data; the Gram matrices are shared."""
         if chosen.size == 0:
             return
         began, tolerances = time.perf_counter(), self.tolerances
+        shared = self.data.views.normalised  # held, so that all templates share it and its Gram matrices
         for j in chosen.tolist():
             self.singles[j] = solve(
                 self.data.problem(j, self.penalties),
@@ -182,11 +183,18 @@ class BatchSolver:
                 relative_tolerance=tolerances.relative,
                 absolute_tolerance=tolerances.absolute,
             )
+        del shared
         self._changed()
         self.falling_back += time.perf_counter() - began
 
-    @cached_property
     def answers(self) -> Answers:
+        """What is known, on the original data; nothing can be added afterwards."""
+        for array in (*self.proved, *vars(self.reduced).values()):
+            array.flags.writeable = False
+        return self.so_far
+
+    @cached_property
+    def so_far(self) -> Answers:
         """What is known so far, on the original data; powers of two in the safe range are exact."""
         shift, proved = 2 * self.data.exponents, self.proved
         lower, upper, gap = (np.ldexp(x, shift) for x in (proved.lower, proved.upper, proved.gap))
@@ -199,12 +207,12 @@ class BatchSolver:
         stages = Stages(self.data.seconds, self.solving, self.proving, self.falling_back)
         return Answers(
             self.bounds, self.penalties, self.tolerances, lower, upper, gap, self.reduced, proved,
-            self.singles, stages,
+            dict(self.singles), stages,
         )  # fmt: skip
 
     def _changed(self) -> None:
-        """Forget the answers of before."""
-        self.__dict__.pop("answers", None)
+        """Forget what was known before."""
+        self.__dict__.pop("so_far", None)
 
 
 def solve_many(
@@ -250,7 +258,7 @@ def solve_many(
     penalties = Penalties(lambda1, lambda2, lambda3)
     batch = BatchSolver.of(bounds, penalties, Tolerances(relative_tolerance, absolute_tolerance), start)
     batch.finish()
-    return batch.answers
+    return batch.answers()
 
 
 def solve_path(
@@ -282,5 +290,5 @@ def solve_path(
     for triple in grid:
         batch = BatchSolver.of(bounds, Penalties.of(triple), tolerances, last)
         batch.finish()
-        last = batch.answers
+        last = batch.answers()
         yield last
