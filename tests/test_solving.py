@@ -1,5 +1,7 @@
 import math
 import pickle
+import subprocess
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -173,3 +175,19 @@ def test_without_a_solver_every_answer_is_certified_or_enclosed():
         found = solve(problem)
         assert found.certificate.enclosed, (seed, found.solver, found.certificate)
         assert found.solver.startswith("newton"), found.solver
+
+
+def test_what_is_no_solver_is_refused():
+    """In an interpreter of its own: the tests' type checks would refuse it before `solve` does."""
+    code = """
+from convexperc import Conic, Problem, solve
+for solver in ("conic", Conic, 3):
+    try:
+        solve(Problem([[1.0]], [1.0], lambda1=1, lambda2=0, lambda3=1), solver)
+    except ValueError as error:
+        print(type(error).__name__, error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    lines = done.stdout.splitlines()
+    assert len(lines) == 3, done.stdout
+    assert all(line.startswith("InputError solver must be a solver: an object with") for line in lines), lines

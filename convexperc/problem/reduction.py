@@ -59,7 +59,7 @@ class Reduction:
             np.matmul(block, block.T, out=gram)
             for part in chunks:
                 block = X[:, part]
-                gram += block @ block.T
+                np.add(gram, block @ block.T, out=gram)
         return cls(X, modalities, K, K.sum(axis=0), min(d, CHUNK) + -(-d // CHUNK) + 2 * len(modalities))
 
     def product(self, O: Float[np.ndarray, "d p"]) -> Float[np.ndarray, "p n"]:  # noqa: E741

@@ -78,7 +78,7 @@ def solve(
     if escalate is None:
         escalate = solver is None
     solver = Newton() if solver is None else solver
-    if isinstance(solver, type) or not isinstance(solver, Solver):
+    if isinstance(solver, type) or not callable(getattr(solver, "solve", None)):
         must = "must be a solver: an object with a name and a method solve(problem)"
         raise InputError("solver", value=solver, must=must, remedy="Pass an instance such as Conic().")
     start = time.perf_counter()
