@@ -172,12 +172,21 @@ def test_gauss_seidel_steps_never_raise_what_a_variant_descends(
     assert len(trace.own) == len(trace.F), (variant.name, len(trace.own), len(trace.F))
 
 
+def _within_float64(problem: Problem) -> bool:
+    """Whether the normal equations of the paper's loop keep some digits; see `PaperTrace.rises`."""
+    values = np.linalg.svd(problem.X, compute_uv=False)
+    values = values[values > 1e-13 * values.max()]  # the others are zeros of a deficient rank
+    entries = np.abs(np.concatenate([problem.X.ravel(), problem.o]))
+    entries = entries[entries > 0.0]
+    modest = entries.size == 0 or bool(entries.min() >= 1e-50 and entries.max() <= 1e50)
+    return modest and (values.size == 0 or bool(values[0] <= 1e4 * values[-1]))
+
+
 @settings(max_examples=25)
 @given(problem=degenerate_problems())
 def test_the_corrected_variant_descends_f_itself(problem: Problem) -> None:
-    with np.errstate(over="ignore", invalid="ignore"):
-        trace = run(problem, variant=CORRECTED, max_iterations=100)
-    assume(np.isfinite(trace.F).all())  # the paper's loop works on the data as given: float64 may overflow
+    assume(_within_float64(problem))
+    trace = run(problem, variant=CORRECTED, max_iterations=100)
     assert trace.own == pytest.approx(trace.F, rel=1e-12), (problem, trace.F, trace.own)
     assert trace.rises().size == 0, (problem, problem.X, problem.o, trace.F)
 
