@@ -13,7 +13,7 @@ from convexperc.errors import (
     TemplateNameError,
 )
 from convexperc.recognition.label import decide, recognize
-from convexperc.recognition.recognition import Verdict
+from convexperc.recognition.recognition import Recognition, Verdict
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import SolverResult
 
@@ -213,3 +213,18 @@ def test_a_recognition_pickles():
     again = pickle.loads(pickle.dumps(found))
     assert (again.verdict, again.label, again.candidates) == (found.verdict, found.label, found.candidates)
     assert again.ranked_views() == found.ranked_views()
+
+
+def test_one_template_is_looked_up_without_making_all(monkeypatch):
+    found = recognized()
+    wanted = found.templates[1]
+    monkeypatch.setattr(Recognition, "templates", property(lambda _: pytest.fail("all were made")))
+    for name in ("car", None):
+        one = found.template(name)
+        assert (one.name, one.index, one.cost, one.excluded) == (
+            wanted.name,
+            wanted.index,
+            wanted.cost,
+            wanted.excluded,
+        )
+    assert found.ranked_views()[0].name == found.views[0]
