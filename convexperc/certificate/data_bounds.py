@@ -98,11 +98,11 @@ class DataBounds:
         """
         if penalties.uncoupled and not self.independent:
             return np.zeros(self.data.p, dtype=bool)
-        found = self.data.sound
-        for given, column in zip(penalties, lambdas.T, strict=True):
-            if given != 0.0:
-                found = found & (column >= 1.0 / LARGEST_NUMBER) & (column <= LARGEST_NUMBER)
-        return np.array(found)
+        inside = (lambdas >= 1.0 / LARGEST_NUMBER) & (lambdas <= LARGEST_NUMBER)
+        for k, given in enumerate(penalties):
+            if given == 0.0:
+                inside[:, k] = True
+        return np.asarray(inside.all(axis=1) & self.data.sound)
 
     def of_points(
         self,

@@ -19,11 +19,11 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from convexperc.certificate.reduced import (
-    LARGEST_NUMBER,
     UNDERFLOW_SUM,
     AnswerBounds,
     Case,
     GramBounds,
+    in_range,
     new_room,
     value_bounds,
 )
@@ -105,23 +105,9 @@ def bound_lasso(shared, floor, C, targets, lambdas, W, T, Q, bounds):
         bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
         bounds.zero_views[j, :] = False
         bounds.zero_modalities[j, :] = False
-        if floor > 0.0 and _in_range(lambdas[j], W[j], T[j], Q[j]):
+        if floor > 0.0 and in_range(lambdas[j], W[j], T[j], Q[j]):
             case = Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
             _bound_one(shared, case, floor, room, bounds, j)
-
-
-@no_type_check
-@njit(cache=True)
-def _in_range(lambdas, w, t, q):
-    """Whether every number is 0, or far from overflow and underflow."""
-    for k in range(3):
-        if not (1.0 / LARGEST_NUMBER <= lambdas[k] <= LARGEST_NUMBER or lambdas[k] == 0.0):
-            return False
-    for x in (w, t, q):
-        for k in range(x.size):
-            if not abs(x[k]) <= LARGEST_NUMBER:
-                return False
-    return True
 
 
 @no_type_check

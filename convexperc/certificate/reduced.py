@@ -201,17 +201,18 @@ def bound_reduced(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
         bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
         bounds.zero_views[j, :] = False
         bounds.zero_modalities[j, :] = False
-        if _in_range(lambdas[j], W[j], T[j], Q[j]):
+        coupled = lambdas[j, 0] > 0.0 and lambdas[j, 2] > 0.0
+        if coupled and in_range(lambdas[j], W[j], T[j], Q[j]):
             case = Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
             _bound_one(shared, case, tolerance, room, bounds, j)
 
 
 @no_type_check
 @njit(cache=True)
-def _in_range(lambdas, w, t, q):
-    """Whether every number is 0, or far from overflow and underflow; lambda1 and lambda3 must not be 0."""
+def in_range(lambdas, w, t, q):
+    """Whether every number is 0, or far from overflow and underflow."""
     for k in range(3):
-        if not (1.0 / LARGEST_NUMBER <= lambdas[k] <= LARGEST_NUMBER or (k == 1 and lambdas[k] == 0.0)):
+        if not (1.0 / LARGEST_NUMBER <= lambdas[k] <= LARGEST_NUMBER or lambdas[k] == 0.0):
             return False
     for x in (w, t, q):
         for k in range(x.size):

@@ -125,11 +125,12 @@ class ReducedData:
 
     def normalised(self, penalties: Penalties) -> Float[np.ndarray, "p 3"]:
         """(lambda1, lambda2, lambda3) in each template's own units; inf or 0 beyond the range of float64."""
+        x, k = self.x, self.exponents
         found = np.empty((self.p, 3))
         with np.errstate(over="ignore", under="ignore"):
-            found[:, 0] = np.ldexp(penalties.lambda1, -2 * self.x)
-            found[:, 1] = np.ldexp(penalties.lambda2, -self.x - self.exponents)
-            found[:, 2] = np.ldexp(penalties.lambda3, -2 * self.x - self.exponents)
+            found[:, 0] = np.ldexp(penalties.lambda1, -2 * x)
+            np.ldexp(penalties.lambda2, -x - k, out=found[:, 1])
+            np.ldexp(penalties.lambda3, -2 * x - k, out=found[:, 2])
         return found
 
 

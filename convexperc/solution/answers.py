@@ -206,10 +206,13 @@ class Answers:
             relative, absolute = self.tolerances.relative, self.tolerances.absolute
             return solve(problem, relative_tolerance=relative, absolute_tolerance=absolute)
         scaling = Scaling.of(problem)
-        return certified(
+        shared = problem.views.normalised  # held, so that it is made once
+        found = certified(
             problem, scaling, Newton().name, self._result(j, problem, scaling), self.tolerances,
             escalate=True, timings=Timings(0.0, 0.0, 0.0),
         )  # fmt: skip
+        del shared
+        return found
 
     def _result(self, j: int, problem: Problem, scaling: Scaling) -> SolverResult:
         """The reduced answer to template j as the solver's result, in units of the scaling."""
