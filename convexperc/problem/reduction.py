@@ -12,7 +12,6 @@ Source: lambda3 ||u^i|| = min over tau > 0 of (lambda3 / 2)(||u^i||^2 / tau + ta
 (Bach, Jenatton, Mairal and Obozinski, Optimization with Sparsity-Inducing Penalties, 2012, section 1.4.2).
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,10 +53,10 @@ class Reduction:
         n, d = X.shape
         K = np.empty((len(modalities), n, n))
         for gram, columns in zip(K, modalities, strict=True):
-            chunks = _chunks(columns, d)
-            block = X[:, next(chunks)]
+            first, *others = _chunks(columns, d)
+            block = X[:, first]
             np.matmul(block, block.T, out=gram)
-            for part in chunks:
+            for part in others:
                 block = X[:, part]
                 np.add(gram, block @ block.T, out=gram)
         return cls(X, modalities, K, K.sum(axis=0), min(d, CHUNK) + -(-d // CHUNK) + 2 * len(modalities))
@@ -80,12 +79,11 @@ class Reduction:
         return u
 
 
-def _chunks(columns: Columns, d: int) -> Iterator[Columns]:
+def _chunks(columns: Columns, d: int) -> list[Columns]:
     """The columns of one modality, at most `CHUNK` at a time."""
     if isinstance(columns, slice):
         start, stop, _ = columns.indices(d)
-        for first in range(start, stop, CHUNK):
-            yield slice(first, min(first + CHUNK, stop))
-    else:
-        for first in range(0, columns.size, CHUNK):
-            yield columns[first : first + CHUNK]
+        if stop - start <= CHUNK:
+            return [columns]
+        return [slice(first, min(first + CHUNK, stop)) for first in range(start, stop, CHUNK)]
+    return [columns[first : first + CHUNK] for first in range(0, columns.size, CHUNK)]

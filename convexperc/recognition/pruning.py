@@ -37,7 +37,7 @@ def prune(batch: BatchSolver, decision: Decision = Decision.OBJECTIVE) -> None:
             batch.advance(chosen)
             _predict(batch, chosen, np.setdiff1d(order, chosen, assume_unique=True))
         lower, upper = _costs(batch, decision)
-        left = order[~batch.so_far.certified[order] & (lower[order] <= upper.min())]
+        left = order[~batch.certified[order] & (lower[order] <= upper.min())]
         left = left[np.argsort(lower[left], kind="stable")]
         batch.advance(left, _pruning(batch, left, float(upper.min()), decision) if left.size else None)
     batch.fall_back(_doubtful(batch, decision))
@@ -45,8 +45,7 @@ def prune(batch: BatchSolver, decision: Decision = Decision.OBJECTIVE) -> None:
 
 def _costs(batch: BatchSolver, decision: Decision) -> Intervals:
     """Proved bounds of what decides; see `convexperc.recognition.decision`."""
-    answers = batch.so_far
-    return costs(decision, (answers.lower, answers.upper), batch.bounds.squares)
+    return costs(decision, batch.intervals, batch.bounds.squares)
 
 
 def _pruning(
@@ -64,7 +63,7 @@ def _pruning(
 def _doubtful(batch: BatchSolver, decision: Decision) -> Int[np.ndarray, " k"]:
     """Templates that are neither excluded nor certified."""
     lower, upper = _costs(batch, decision)
-    return np.flatnonzero((lower <= upper.min()) & ~batch.so_far.certified)
+    return np.flatnonzero((lower <= upper.min()) & ~batch.certified)
 
 
 def _estimate(batch: BatchSolver, decision: Decision) -> Float[np.ndarray, " p"]:

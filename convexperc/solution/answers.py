@@ -160,21 +160,16 @@ class Answers:
     @cached_property
     def certified(self) -> Bool[np.ndarray, " p"]:
         """Whether the gap of (w, u) is within the tolerances."""
-        found = self._met(self.gap)
-        for j, solution in self.singles.items():
-            found[j] = solution.certificate.certified
-        return _frozen(found)
+        return _frozen(certified_gaps(self.gap, self.lower, self.bounds, self.tolerances, self.singles))
 
     @cached_property
     def enclosed(self) -> Bool[np.ndarray, " p"]:
         """Whether [lower, upper] is as narrow as the tolerances ask, whatever the point is."""
-        found = self.certified | self._met(self.upper - self.lower)
+        narrow = self.tolerances.met(self.upper - self.lower, self.lower, self.bounds.squares[0])
+        found = np.asarray(self.certified | narrow)
         for j, solution in self.singles.items():
             found[j] = solution.certificate.enclosed
         return _frozen(found)
-
-    def _met(self, widths: Float[np.ndarray, " p"]) -> Bool[np.ndarray, " p"]:
-        return np.asarray(self.tolerances.met(widths, self.lower, self.bounds.squares[0]))
 
     def status(self, j: int) -> Status:
         """What is known of template j."""
@@ -224,6 +219,20 @@ class Answers:
             b = np.ldexp(-2.0 * self.reduced.Q[j], batch.x + batch.o - scaling.x - scaling.o)
         status = self.reduced.status(j, self.tolerances.relative, Newton().max_iterations)
         return SolverResult(w, u, status, int(self.reduced.iterations[j]), (2.0 * (X.T @ w - o), b))
+
+
+def certified_gaps(
+    gap: Float[np.ndarray, " p"],
+    lower: Float[np.ndarray, " p"],
+    bounds: DataBounds,
+    tolerances: Tolerances,
+    singles: Mapping[int, Solution],
+) -> Bool[np.ndarray, " p"]:
+    """Whether each gap is within the tolerances; the certificate tells for an answer on the original data."""
+    found = np.asarray(tolerances.met(gap, lower, bounds.squares[0]))
+    for j, solution in singles.items():
+        found[j] = solution.certificate.certified
+    return found
 
 
 def _frozen(array: Found) -> Found:

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from convexperc.certificate.data_bounds import DataBounds, Points
+from convexperc.certificate.data_bounds import DataBounds, Intervals, Points
 from convexperc.certificate.reduced import AnswerBounds
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.errors import StartError
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.reduced import ReducedData
-from convexperc.solution.answers import Answers, Stages
+from convexperc.solution.answers import Answers, Stages, certified_gaps
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Solution
 from convexperc.solvers.interface import Solver
@@ -167,7 +167,7 @@ class BatchSolver:
     def finish(self) -> None:
         """Solve every template to the end."""
         self.advance(self.ready.nonzero()[0])
-        self.fall_back((~self.so_far.certified).nonzero()[0])
+        self.fall_back((~self.certified).nonzero()[0])
 
     def fall_back(self, chosen: Chosen, solver: Solver | None = None, *, escalate: bool = True) -> None:
         """Solve the chosen templates one by one, on the original data; the Gram matrices are shared."""
@@ -187,15 +187,21 @@ class BatchSolver:
         self._changed()
         self.falling_back += time.perf_counter() - began
 
-    def answers(self) -> Answers:
-        """What is known, on the original data; nothing can be added afterwards."""
-        for array in (*self.proved, *vars(self.reduced).values()):
-            array.flags.writeable = False
-        return self.so_far
+    @property
+    def intervals(self) -> Intervals:
+        """Bounds of every F* that are known so far, on the original data."""
+        lower, upper, _ = self._values
+        return lower, upper
 
     @cached_property
-    def so_far(self) -> Answers:
-        """What is known so far, on the original data; powers of two in the safe range are exact."""
+    def certified(self) -> Bool[np.ndarray, " p"]:
+        """Which answers are certified so far."""
+        lower, _, gap = self._values
+        return certified_gaps(gap, lower, self.bounds, self.tolerances, self.singles)
+
+    @cached_property
+    def _values(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
+        """lower, upper and gap on the original data; powers of two in the safe range are exact."""
         shift, proved = 2 * self.data.exponents, self.proved
         lower, upper, gap = (np.ldexp(x, shift) for x in (proved.lower, proved.upper, proved.gap))
         if not self.ready.all():
@@ -204,15 +210,23 @@ class BatchSolver:
         for j, solution in self.singles.items():
             proof = solution.certificate
             lower[j], upper[j], gap[j] = proof.lower, proof.upper, proof.gap
-        stages = Stages(self.data.seconds, self.solving, self.proving, self.falling_back)
-        return Answers(
-            self.bounds, self.penalties, self.tolerances, lower, upper, gap, self.reduced, proved,
-            dict(self.singles), stages,
-        )  # fmt: skip
+        return lower, upper, gap
 
     def _changed(self) -> None:
         """Forget what was known before."""
-        self.__dict__.pop("so_far", None)
+        self.__dict__.pop("_values", None)
+        self.__dict__.pop("certified", None)
+
+    def answers(self) -> Answers:
+        """What is known, on the original data; nothing can be added afterwards."""
+        for array in (*self.proved, *vars(self.reduced).values()):
+            array.flags.writeable = False
+        lower, upper, gap = self._values
+        stages = Stages(self.data.seconds, self.solving, self.proving, self.falling_back)
+        return Answers(
+            self.bounds, self.penalties, self.tolerances, lower, upper, gap, self.reduced, self.proved,
+            dict(self.singles), stages,
+        )  # fmt: skip
 
 
 def solve_many(
