@@ -28,6 +28,9 @@ from convexperc.problem.views import Views
 LARGEST_LAMBDA = 2.0**1000
 """Scaled lambdas above this are cut here for solvers; a smaller lambda can only lower F*."""
 
+ZERO_LAMBDA2, ZERO_LAMBDA3 = 4.0, 8.0
+"""Normalised lambda2, and lambda3 for each view, from which on w = 0 or u = 0; see `Scaling.normalise`."""
+
 SMALLEST_NORMAL = 2.0**-1022
 """Underflow errs by less, also where subnormal results are flushed to 0."""
 
@@ -108,7 +111,7 @@ class Scaling:
         """
         o = times_power_of_two(problem.o, -self.o)
         one, two, three = (min(high, LARGEST_LAMBDA) for _, high in self.lambdas(problem))
-        two, three = min(two, 4.0), min(three, 8.0 * problem.n)
+        two, three = min(two, ZERO_LAMBDA2), min(three, ZERO_LAMBDA3 * problem.n)
         return Problem.of(self._views(problem), o, Penalties(one, two, three))
 
 

@@ -15,6 +15,7 @@ from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.errors import StartError
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.reduced import ReducedData
+from convexperc.problem.scaling import ZERO_LAMBDA2, ZERO_LAMBDA3
 from convexperc.solution.answers import Answers, Stages, certified_gaps
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Solution
@@ -26,8 +27,6 @@ SOLVER_PART = 0.3
 """Part of the relative tolerance that the solver is asked for; the rest is left to rounding."""
 LEAST_TOLERANCE = 1e-13
 """Relative gap below which the solver is not asked to go: float64 seldom shows a smaller one."""
-MOST_LAMBDA2, MOST_LAMBDA3 = 4.0, 8.0
-"""Normalised lambda2, and lambda3 a view, beyond which w = 0 or u = 0; see `Scaling.normalise`."""
 
 Chosen = Int[np.ndarray, " chosen"]
 
@@ -136,7 +135,7 @@ class BatchSolver:
         data = self.data
         start = Start(self.reduced.W[chosen], self.reduced.T[chosen]) if self.warm else None
         solver = Newton(tolerance=max(SOLVER_PART * self.tolerances.relative, LEAST_TOLERANCE))
-        lambdas = np.minimum(self.normalised[chosen], [np.inf, MOST_LAMBDA2, MOST_LAMBDA3 * data.n])
+        lambdas = np.minimum(self.normalised[chosen], [np.inf, ZERO_LAMBDA2, ZERO_LAMBDA3 * data.n])
         return solver.batch(data.G, data.K, data.C[chosen], data.targets[chosen], lambdas, start, pruning)
 
     def _lassos(self, chosen: Chosen) -> Batch:
