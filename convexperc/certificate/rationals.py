@@ -191,8 +191,7 @@ def exact_optimum(problem: Problem) -> Fraction | None:
 
     None in every other case, and beyond `WORK_LIMIT`.
     """
-    lambda1, lambda2, lambda3 = problem.lambdas
-    if lambda2 > 0.0 or (lambda1 > 0.0 and lambda3 > 0.0):
+    if problem.lambda2 > 0.0 or not problem.penalties.uncoupled:
         return None
     return squared_distance(problem.X, problem.o)
 

@@ -37,12 +37,15 @@ class Problem:
 
     Notes
     -----
-    `views` holds X and the modalities as the templates of one set of views share them.
+    `views` holds X and the modalities as the templates of one set of views share them, and `penalties` the
+    three lambdas.
 
     Paper: Eq. (full).
     """
 
-    views: ClassVar[Views]  # of each problem; no field, so that `dataclasses.replace` takes X and lambdas
+    # Of each problem, and no fields, so that `dataclasses.replace` takes X and the lambdas.
+    views: ClassVar[Views]
+    penalties: ClassVar[Penalties]
     X: Matrix
     o: FeatureVector
     modalities: Modalities = field(kw_only=True)
@@ -79,8 +82,9 @@ class Problem:
     def _fill(self, views: Views, o: FeatureVector, penalties: Penalties) -> None:
         one, two, three = penalties
         self.__dict__.update(
-            X=views.X, o=o, modalities=views.modalities, lambda1=one, lambda2=two, lambda3=three, views=views
-        )
+            X=views.X, o=o, modalities=views.modalities, lambda1=one, lambda2=two, lambda3=three, views=views,
+            penalties=penalties,
+        )  # fmt: skip
 
     def for_template(self, o: Any) -> "Problem":
         """The same problem for another template; X is shared, not copied. Errors as for `o` above."""
@@ -104,11 +108,6 @@ class Problem:
     def m(self) -> int:
         """Number of modalities."""
         return len(self.modalities)
-
-    @property
-    def penalties(self) -> Penalties:
-        """The three lambdas."""
-        return Penalties(*self.lambdas)
 
     @property
     def lambdas(self) -> tuple[float, float, float]:
