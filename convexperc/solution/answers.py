@@ -1,6 +1,6 @@
 """The answers to all templates of one set of views, with what is proved of each; u only on demand."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
@@ -121,55 +121,42 @@ class Answers:
     def w(self) -> Float[np.ndarray, "p n"]:
         """Weights of the views."""
         found = np.ldexp(self.reduced.W, self.data.exponents[:, None] - self.data.x)
-        for j, solution in self.singles.items():
-            found[j] = solution.w
-        return _frozen(found)
+        return completed(found, self.singles, lambda single: single.w)
 
     @cached_property
     def modality_norms(self) -> Float[np.ndarray, "p m"]:
         """||u^i||_2, to rounding."""
         found = np.ldexp(self.proved.modality_norms, self.data.exponents[:, None] - 2 * self.data.x)
-        for j, solution in self.singles.items():
-            found[j] = solution.modality_norms
-        return _frozen(found)
+        return completed(found, self.singles, lambda single: single.modality_norms)
 
     @cached_property
     def zero_views(self) -> Bool[np.ndarray, "p n"]:
         """True where w*_j = 0 is proved of every optimal w*."""
         found = self.proved.zero_views.copy()
-        for j, solution in self.singles.items():
-            found[j] = solution.certificate.zero_views
-        return _frozen(found)
+        return completed(found, self.singles, lambda single: single.certificate.zero_views)
 
     @cached_property
     def zero_modalities(self) -> Bool[np.ndarray, "p m"]:
         """True where u*^i = 0 is proved of every optimal u*."""
         found = self.proved.zero_modalities.copy()
-        for j, solution in self.singles.items():
-            found[j] = solution.certificate.zero_modalities
-        return _frozen(found)
+        return completed(found, self.singles, lambda single: single.certificate.zero_modalities)
 
     @cached_property
     def iterations(self) -> Int[np.ndarray, " p"]:
         """Steps of the solver on each template."""
-        found = self.reduced.iterations.copy()
-        for j, solution in self.singles.items():
-            found[j] = solution.iterations
-        return _frozen(found)
+        return completed(self.reduced.iterations.copy(), self.singles, lambda single: single.iterations)
 
     @cached_property
     def certified(self) -> Bool[np.ndarray, " p"]:
         """Whether the gap of (w, u) is within the tolerances."""
-        return _frozen(certified_gaps(self.gap, self.lower, self.bounds, self.tolerances, self.singles))
+        return certified_gaps(self.gap, self.lower, self.bounds, self.tolerances, self.singles)
 
     @cached_property
     def enclosed(self) -> Bool[np.ndarray, " p"]:
         """Whether [lower, upper] is as narrow as the tolerances ask, whatever the point is."""
         narrow = self.tolerances.met(self.upper - self.lower, self.lower, self.bounds.squares[0])
         found = np.asarray(self.certified | narrow)
-        for j, solution in self.singles.items():
-            found[j] = solution.certificate.enclosed
-        return _frozen(found)
+        return completed(found, self.singles, lambda single: single.certificate.enclosed)
 
     def status(self, j: int) -> Status:
         """What is known of template j."""
@@ -230,12 +217,12 @@ def certified_gaps(
 ) -> Bool[np.ndarray, " p"]:
     """Whether each gap is within the tolerances; the certificate tells for an answer on the original data."""
     found = np.asarray(tolerances.met(gap, lower, bounds.squares[0]))
-    for j, solution in singles.items():
-        found[j] = solution.certificate.certified
+    return completed(found, singles, lambda single: single.certificate.certified)
+
+
+def completed(found: Found, singles: Mapping[int, Solution], of: Callable[[Solution], Any]) -> Found:
+    """The same array, read-only, with the rows of the templates that were answered on the original data."""
+    for j, single in singles.items():
+        found[j] = of(single)
+    found.flags.writeable = False
     return found
-
-
-def _frozen(array: Found) -> Found:
-    """The same array, read-only."""
-    array.flags.writeable = False
-    return array
