@@ -1,6 +1,6 @@
 """Which object is it: from the views and the templates to a label that is proved or not claimed."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypedDict, Unpack
 
@@ -69,29 +69,22 @@ class _Settings:
     tolerances: Tolerances
 
     @classmethod
-    def of(
-        cls,
-        *,
-        decision: Decision | str = Decision.OBJECTIVE,
-        prune: bool = True,
-        solver: Solver | None = None,
-        escalate: bool = True,
-        relative_tolerance: float = RELATIVE,
-        absolute_tolerance: float = ABSOLUTE,
-    ) -> "_Settings":
-        """Fill in what is left out."""
-        tolerances = Tolerances(relative_tolerance, absolute_tolerance)
-        return cls(Decision.of(decision), prune, solver, escalate, tolerances)
-
-
-def _check(function: str, options: Mapping[str, Any]) -> None:
-    """Refuse an unknown option as a function does."""
-    for name in options:
-        if name not in Options.__annotations__:
-            known = ", ".join(Options.__annotations__)
-            raise TypeError(
-                f"{function}() got an unexpected keyword argument {name!r}; its options are {known}"
-            )
+    def of(cls, function: str, options: Options) -> "_Settings":
+        """Fill in what is left out; an unknown option is refused as the function would."""
+        for name in options:
+            if name not in Options.__annotations__:
+                known = ", ".join(Options.__annotations__)
+                unknown = f"{function}() got an unexpected keyword argument {name!r}"
+                raise TypeError(f"{unknown}; its options are {known}")
+        return cls(
+            Decision.of(options.get("decision", Decision.OBJECTIVE)),
+            options.get("prune", True),
+            options.get("solver"),
+            options.get("escalate", True),
+            Tolerances(
+                options.get("relative_tolerance", RELATIVE), options.get("absolute_tolerance", ABSOLUTE)
+            ),
+        )
 
 
 def recognize(
@@ -145,15 +138,14 @@ def recognize(
     -----
     Paper: Algorithm 1, line 9 and its return: the label is the category with the lowest objective.
     """
-    _check("recognize", options)
-    settings, penalties = _Settings.of(**options), Penalties(lambda1, lambda2, lambda3)
-    bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
-    robots = _robots(views, bounds.data.n)
+    settings, penalties = _Settings.of("recognize", options), Penalties(lambda1, lambda2, lambda3)
     if start is not None and not isinstance(start, Recognition):
         must = "must be an earlier Recognition"
         raise StartError(
             "start", value=type(start).__name__, must=must, remedy="Pass what recognize returned."
         )
+    bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
+    robots = _robots(views, bounds.data.n)
     return _recognised(bounds, penalties, robots, settings, None if start is None else start.answers)
 
 
@@ -187,8 +179,7 @@ def recognize_path(
     ProblemError, ModalityError, TemplateNameError, RobotNameError, DecisionError, ToleranceError
         See `recognize`.
     """
-    _check("recognize_path", options)
-    settings = _Settings.of(**options)
+    settings = _Settings.of("recognize_path", options)
     bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
     robots = _robots(views, bounds.data.n)
     for triple in grid:
