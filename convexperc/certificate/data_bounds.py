@@ -9,7 +9,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from convexperc.certificate.lasso import Distinct, bound_merged
-from convexperc.certificate.reduced import LARGEST_NUMBER, AnswerBounds, GramBounds, bound_reduced
+from convexperc.certificate.reduced import (
+    LARGEST_NUMBER,
+    UNDERFLOW_SUM,
+    AnswerBounds,
+    GramBounds,
+    bound_reduced,
+)
 from convexperc.certificate.rounding import gamma
 from convexperc.certificate.tolerances import Tolerances
 from convexperc.problem.penalties import Penalties
@@ -55,9 +61,9 @@ class DataBounds:
     @classmethod
     def of(cls, data: ReducedData) -> "DataBounds":
         """Bound the lengths of the rows of X_, whole and by modality, and the rounding of all products."""
-        n, m, squares = data.n, data.m, np.einsum("ijj->ij", data.views.reduction.K)
+        n, m, squares = data.n, data.m, np.einsum("ijj->ij", data.K)
         g = gamma(data.views.reduction.depth + 4 * n + 4 * m + 64)
-        lengths = np.sqrt(np.ldexp(squares, -2 * data.x) * (1.0 + 4 * g) + 2.0**-300)
+        lengths = np.sqrt(squares * (1.0 + 4 * g) + UNDERFLOW_SUM)
         rows = np.sqrt((lengths**2).sum(axis=0)) * (1.0 + g)
         blocks = np.sqrt((lengths**2).sum(axis=1)) * (1.0 + g)
         return cls(data, GramBounds(data.G, data.K, lengths, rows, blocks, g))
