@@ -7,12 +7,14 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import flint
 import numpy as np
 
 from convexperc.certificate.rationals import RowSpace
+from convexperc.problem.arrays import Matrix
 from convexperc.problem.problem import Problem
 
 Number = Any
@@ -79,10 +81,12 @@ class ExactData:
 
     Attributes
     ----------
+    X : float64 (n, d)
     blocks : tuple of arb_mat (n, d_i)
     targets : tuple of arb_mat (d_i, 1)
     """
 
+    X: Matrix
     blocks: tuple[Any, ...]
     targets: tuple[Any, ...]
 
@@ -90,7 +94,13 @@ class ExactData:
     def of(cls, problem: Problem) -> "ExactData":
         """Take over the floats."""
         blocks = tuple(exact_matrix(block) for block in problem.blocks())
-        return cls(blocks, tuple(exact_matrix(problem.o[columns, None]) for columns in problem.modalities))
+        targets = tuple(exact_matrix(problem.o[columns, None]) for columns in problem.modalities)
+        return cls(problem.X, blocks, targets)
+
+    @cached_property
+    def space(self) -> RowSpace:
+        """The span of the rows of X."""
+        return RowSpace.of(self.X)
 
     def columns(self, parts: list[Numbers]) -> list[Numbers]:
         """X_i' y_i of every modality."""
@@ -140,7 +150,7 @@ class ReducedBalls:
         lambdas = [flint.arb(v) * power for v, power in zip(problem.lambdas, powers, strict=True)]
         null, space = None, None
         if problem.lambda3 == 0.0 < problem.lambda1 or problem.lambda1 == problem.lambda2 == 0.0:
-            space = RowSpace.of(problem.X)
+            space = data.space
             null = null_projection(space) if problem.lambda1 > 0.0 else None
         G = sum(K, _zeros(problem.n, problem.n))
         coupled = lambdas[0], lambdas[1], lambdas[2]

@@ -37,6 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.enclosure.balls import (
+    ExactData,
     Number,
     Numbers,
     ReducedBalls,
@@ -129,10 +130,10 @@ def weight_intervals(solution: Solution, enclosure: Enclosure | None = None) -> 
     problem = solution.problem
     if enclosure is not None and (len(enclosure.exact.w), len(enclosure.exact.t)) != (problem.n, problem.m):
         raise PointError("enclosure", value=enclosure, must="must be that of the solution's problem")
-    first = BITS[0] if enclosure is None else max(BITS[0], enclosure.bits)
+    first, data = BITS[0] if enclosure is None else max(BITS[0], enclosure.bits), ExactData.of(problem)
     for bits in (first, *(more for more in BITS if more > first)):
         with precision(bits):
-            reduced = ReducedBalls.of(problem, (0, 0))
+            reduced = ReducedBalls.of(problem, (0, 0), data)
             point = _solved(solution, reduced) if enclosure is None else _refined(enclosure, reduced)
             zeros = _proved_zeros(reduced, point, solution)
             views = _views(problem, reduced, point, ~zeros[0])
