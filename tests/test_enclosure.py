@@ -23,8 +23,8 @@ from convexperc.solution.weights import weight_intervals
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import SolverResult
 from verification.bench.instances import LAMBDAS, Instance, Shape
-from verification.families import seeded
-from verification.referee import optimum
+from verification.exact.referee import optimum
+from verification.problems.families import seeded
 
 CLOSED_FORMS = {
     "19/32": (Problem([[1.0]], [1.0], lambda1=1, lambda2=0.5, lambda3=0.25), Fraction(19, 32)),

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from convexperc.certificate.rationals import RowSpace
 from convexperc.errors import InputError
 from convexperc.problem.problem import Problem, same_data
-from verification.families import (
+from verification.problems.families import (
     DEGENERATE,
     EXTREME,
     FAMILIES,
@@ -20,7 +20,7 @@ from verification.families import (
     SUMMARIES,
     seeded,
 )
-from verification.strategies import degenerate_problems, problems, random_problems
+from verification.problems.strategies import degenerate_problems, problems, random_problems
 
 TRIES = range(25)
 

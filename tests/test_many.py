@@ -16,7 +16,7 @@ from convexperc.problem.reduced import ReducedData
 from convexperc.recognition.recognition import Verdict
 from convexperc.recognition.ties import interchangeable
 from convexperc.solution.solution import Status
-from verification.families import EXTREME, ORDINARY_DEGENERATE, RANDOM, seeded
+from verification.problems.families import EXTREME, ORDINARY_DEGENERATE, RANDOM, seeded
 
 LAMBDAS = {"lambda1": 0.3, "lambda2": 0.2, "lambda3": 0.1}
 SIZES = [5, 9, 6]

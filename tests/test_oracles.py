@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 
 from convexperc.problem.problem import Problem
-from verification.families import FAMILIES, seeded
-from verification.oracles import (
+from verification.exact.oracles import (
     Enclosure,
     Reduced,
     dual_objective,
@@ -17,8 +16,9 @@ from verification.oracles import (
     rationals,
     square_root,
 )
-from verification.referee import optimum
-from verification.strategies import problems
+from verification.exact.referee import optimum
+from verification.problems.families import FAMILIES, seeded
+from verification.problems.strategies import problems
 
 NARROW = Fraction(1, 10**30)
 """The closed forms are met to this share: the referee's own width on them is smaller still."""

@@ -20,8 +20,8 @@ from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import SolverResult
-from verification.families import FAMILIES, seeded
-from verification.oracles import dual_objective, is_dual_feasible, objective
+from verification.exact.oracles import dual_objective, is_dual_feasible, objective
+from verification.problems.families import FAMILIES, seeded
 from verification.proof_checker import check
 
 SUBNORMAL = Fraction(5e-324)

@@ -12,9 +12,9 @@ from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.paper import ABSOLUTE, CORRECTED, PRINTED, VARIANTS, Stop, UpdateVariant, run
 from verification.checks.descent import distance_to_optimum
-from verification.families import EXTREME, FAMILIES, seeded
-from verification.referee import optimum, violations
-from verification.strategies import degenerate_problems, problems, random_problems
+from verification.exact.referee import optimum, violations
+from verification.problems.families import EXTREME, FAMILIES, seeded
+from verification.problems.strategies import degenerate_problems, problems, random_problems
 
 REFERENCE = Conic()
 ORDINARY = st.sampled_from([name for name in FAMILIES if name not in EXTREME]).flatmap(problems)

@@ -17,7 +17,7 @@ from convexperc.solution.single import solve
 from convexperc.solution.solution import Solution, Timings
 from convexperc.solution.weights import Intervals, WeightIntervals, weight_intervals
 from verification.bench.instances import LAMBDAS, Instance, Shape
-from verification.families import seeded
+from verification.problems.families import seeded
 
 
 def given(problem: Problem, w, u, dual=None) -> Solution:

@@ -4,10 +4,10 @@ import math
 
 from made_up_experiments import surveys
 
-from verification.claims import PARTS
-from verification.evidence import Argument, Checker, Count, Evidence, Refutation, Step
-from verification.families import FAMILIES
-from verification.verdicts import judge_all
+from verification.ledger.claims import PARTS
+from verification.ledger.evidence import Argument, Checker, Count, Evidence, Refutation, Step
+from verification.ledger.verdicts import judge_all
+from verification.problems.families import FAMILIES
 
 PROVED = (
     "F1/convex",

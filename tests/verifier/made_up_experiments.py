@@ -5,9 +5,10 @@ from itertools import product
 
 import numpy as np
 
-from verification.claims import PARTS, PROTOCOL
-from verification.experiments_record import checked, record_digest
-from verification.protocol import Reading
+from verification.experiments.record.reading import checked
+from verification.ledger.claims import PARTS, PROTOCOL
+from verification.ledger.rules import Reading
+from verification.provenance import record_digest
 
 FACTORS = {
     "lambda1": [0.1, 0.01, 1, 10],

@@ -7,9 +7,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from verification.experiments.collection import Collection
 from verification.experiments.design import GOOD_VIEWS, STUDY_VIEWS, VIEWS
-from verification.experiments.pictures import CASE_STUDY, LEVELS, STUDIED, PictureSet, Scene, View
+from verification.experiments.record.collection import Collection
+from verification.experiments.scenes.pictures import CASE_STUDY, LEVELS, STUDIED, PictureSet, Scene, View
 
 COLOURS = {"red": (200, 40, 40), "green": (40, 180, 60), "blue": (40, 60, 200)}
 SHARES = {"none": 1.0, "partial": 0.5, "full": 0.0}

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from convexperc.errors import InputError
-from verification.arguments import all_steps, reals, step_name
-from verification.arguments.formulas import evaluate
-from verification.arguments.matrices import SHAPES, matrix_identity
-from verification.arguments.polynomials import cited, exact, identity
-from verification.arguments.reals import real
-from verification.evidence import Argument, Checker
+from verification.ledger.evidence import Argument, Checker
+from verification.proofs.arguments import all_steps, step_name
+from verification.proofs.checkers import reals
+from verification.proofs.checkers.formulas import evaluate
+from verification.proofs.checkers.matrices import SHAPES, matrix_identity
+from verification.proofs.checkers.polynomials import cited, exact, identity
+from verification.proofs.checkers.reals import real
 
 STEPS = {step_name(step): step for step in all_steps()}
 

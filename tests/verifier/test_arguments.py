@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from verification.arguments import all_arguments, all_steps, step_name
-from verification.arguments.matrices import matrix_identity
-from verification.arguments.polynomials import exact, identity
-from verification.arguments.reals import real
-from verification.claims import PARTS
-from verification.evidence import Checker, Step
+from verification.ledger.claims import PARTS
+from verification.ledger.evidence import Checker, Step
+from verification.proofs.arguments import all_arguments, all_steps, step_name
+from verification.proofs.checkers.matrices import matrix_identity
+from verification.proofs.checkers.polynomials import exact, identity
+from verification.proofs.checkers.reals import real
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "theorem.md"
 ARGUMENTS = {argument.part: argument for argument in all_arguments()}

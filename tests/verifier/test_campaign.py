@@ -18,14 +18,14 @@ from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import SolverResult
 from convexperc.solvers.newton.method import Newton
 from verification.__main__ import app
-from verification.campaign import run as campaign
-from verification.campaign.cases import Case, Plan, cases
-from verification.campaign.file import Settings, load, save
-from verification.campaign.run import Rules, State, run
-from verification.campaign.screen import families_table, raw_table
-from verification.campaign.tallies import RawTally, Reason, Report, Tally
-from verification.families import EXTREME, FAMILIES
-from verification.raw import Raw, raw
+from verification.checks.raw import Raw, raw
+from verification.problems.families import EXTREME, FAMILIES
+from verification.search.campaign import run as campaign
+from verification.search.campaign.cases import Case, Plan, cases
+from verification.search.campaign.file import Settings, load, save
+from verification.search.campaign.run import Rules, State, run
+from verification.search.campaign.screen import families_table, raw_table
+from verification.search.campaign.tallies import RawTally, Reason, Report, Tally
 
 CASES = cases(3, 5, 0)
 ESCALATING = Rules(Newton(), escalate=True)
@@ -238,7 +238,7 @@ def test_the_command_runs_saves_and_resumes(tmp_path):
 
 
 def test_a_failure_is_shown_and_ends_with_one(monkeypatch):
-    monkeypatch.setattr("verification.campaign.file._solver", lambda name: Lazy())
+    monkeypatch.setattr("verification.search.campaign.file._solver", lambda name: Lazy())
     found = CliRunner().invoke(app, ["campaign", "--random", "1", "--degenerate", "0", "--no-escalate"])
     assert found.exit_code == 1, found.output
     assert "random seed 0 index 0: n" in found.output, found.output

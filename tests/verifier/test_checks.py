@@ -22,13 +22,13 @@ from verification.checks import (
     zeros,
 )
 from verification.checks.interface import Check, Observation, Player, Recorder
-from verification.claims import PARTS
-from verification.evidence import Outcome
-from verification.families import EXTREME, FAMILIES, seeded
 from verification.faults.fault import ORDINARY, Fault
 from verification.faults.own import FAULTS
-from verification.sources import Seeded
-from verification.strategies import Drawn
+from verification.ledger.claims import PARTS
+from verification.ledger.evidence import Outcome
+from verification.problems.families import EXTREME, FAMILIES, seeded
+from verification.problems.sources import Seeded
+from verification.problems.strategies import Drawn
 
 MODULES = (
     agreement, certificates, clarabel, convexity, derivatives, features, label, lemmas, objective, scaling,

@@ -11,15 +11,15 @@ from hashlib import sha256
 import pytest
 from typer.testing import CliRunner
 
-import verification.gather
+import verification.run.gather
 import verification.search.engine
 from convexperc.files import write_json
 from verification.__main__ import app
-from verification.arguments import all_arguments
-from verification.baseline import read_baseline
-from verification.claims import CLAIMS
 from verification.counterexamples.files import catalogue
-from verification.evidence import Verdict
+from verification.ledger.baseline import read_baseline
+from verification.ledger.claims import CLAIMS
+from verification.ledger.evidence import Verdict
+from verification.proofs.arguments import all_arguments
 from verification.search.shards import explore
 
 RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
@@ -83,7 +83,7 @@ def explored(monkeypatch):
 @pytest.fixture(autouse=True)
 def _arguments_checked_once(monkeypatch):
     """The arguments depend on nothing: checking them takes seconds, once is enough."""
-    monkeypatch.setattr(verification.gather, "all_arguments", ARGUMENTS)
+    monkeypatch.setattr(verification.run.gather, "all_arguments", ARGUMENTS)
 
 
 def test_the_list_has_every_claim():
@@ -142,7 +142,7 @@ def test_what_is_no_option_is_misuse(command, option, value, needed, tmp_path):
 
 def test_a_changed_verdict_is_named(monkeypatch, tmp_path):
     changed = read_baseline() | {"L2/elementwise": Verdict.SUPPORTED, "F1": Verdict.REFUTED}
-    monkeypatch.setattr("verification.baseline.read_baseline", lambda: changed)
+    monkeypatch.setattr("verification.ledger.baseline.read_baseline", lambda: changed)
     text = expect(1, run("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path)).stdout
     assert "L2/elementwise: holds, the baseline says supported" in text, text
     assert "F1" not in text, text
@@ -154,9 +154,9 @@ def test_a_check_that_breaks_leaves_something_open(monkeypatch, tmp_path):
 
     checks = tuple(
         replace(check, observe=broken) if "L2/inequality" in check.parts else check
-        for check in verification.gather.CHECKS
+        for check in verification.run.gather.CHECKS
     )
-    monkeypatch.setattr(verification.gather, "CHECKS", checks)
+    monkeypatch.setattr(verification.run.gather, "CHECKS", checks)
     text = squeezed(expect(3, run("report", "--claim", "L2", "--jobs", 1, "--out", tmp_path)).stdout)
     assert "ArithmeticError: planted" in text, text
     assert "missing: " in text, text
@@ -167,7 +167,7 @@ def test_a_fault_of_our_own_is_not_called_misuse(monkeypatch, tmp_path):
     def faulty():
         raise KeyError("planted")
 
-    monkeypatch.setattr(verification.gather, "all_arguments", faulty)
+    monkeypatch.setattr(verification.run.gather, "all_arguments", faulty)
     result = expect(1, run("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path))
     assert isinstance(result.exception, KeyError), result.exception
 
@@ -330,7 +330,7 @@ def test_an_interruption_after_the_search_loses_nothing_of_it(explored, monkeypa
 
     command = ("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path)
     with monkeypatch.context() as patched:
-        patched.setattr(verification.gather, "all_arguments", broken_off)
+        patched.setattr(verification.run.gather, "all_arguments", broken_off)
         expect(3, run(*command))
     assert explored
     explored.clear()

@@ -9,8 +9,8 @@ import jsonschema
 import pytest
 
 from verification import report
-from verification.baseline import read_baseline
-from verification.claims import CLAIMS, PARTS
+from verification.ledger.baseline import read_baseline
+from verification.ledger.claims import CLAIMS, PARTS
 from verification.report.diff import read_report
 
 REPORTS = Path(__file__).parents[2] / "reports"

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from verification import clarabel_by_scale, cost
-from verification.cost import Growth, Iterate
-from verification.counting import Counter
-from verification.evidence import Outcome
+from verification.checks import clarabel_by_scale, cost
+from verification.checks.cost import Growth, Iterate
+from verification.exact.operations import Counter
 from verification.faults.own import COST
+from verification.ledger.evidence import Outcome
 
 
 def values(row):

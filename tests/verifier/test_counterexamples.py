@@ -17,7 +17,6 @@ from convexperc.problem.problem import Problem
 from convexperc.solvers.paper.loop import run
 from verification.checks.catalogue import CHECKS
 from verification.checks.interface import Check, Observation, Recorder
-from verification.claims import PARTS
 from verification.counterexamples.confirmation import agree, enclosure, text
 from verification.counterexamples.files import catalogue, load, load_all, save, schema
 from verification.counterexamples.found import case_record, rise_record
@@ -25,12 +24,13 @@ from verification.counterexamples.kinds import BY_KIND, completed, confirm, refu
 from verification.counterexamples.record import KINDS, Record, magnitude, parse
 from verification.counterexamples.smallest import smallest_lock, smallest_rise
 from verification.counterexamples.whole_numbers import Batch, problems, whole_problem
-from verification.counting import eliminate
-from verification.exact_loop import iterates, start
-from verification.exact_problem import ExactProblem
-from verification.exact_update import ORDERS, SIZES, Update
-from verification.oracles import Enclosure
-from verification.sources import Seeded, Source
+from verification.exact.algorithm import ORDERS, SIZES, Update
+from verification.exact.loop import iterates, start
+from verification.exact.operations import eliminate
+from verification.exact.oracles import Enclosure
+from verification.exact.problem import ExactProblem
+from verification.ledger.claims import PARTS
+from verification.problems.sources import Seeded, Source
 
 RECORDS = {record.id: record for record in catalogue()}
 FOLDER = Path(__file__).parents[2] / "verification" / "counterexamples" / "catalogue"

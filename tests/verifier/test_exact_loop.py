@@ -11,15 +11,15 @@ import pytest
 from convexperc.errors import FileFormatError, InputError, ProblemError
 from convexperc.problem.problem import Problem
 from convexperc.solvers.paper.loop import run
-from verification import exact_update
-from verification.exact_arithmetic import UnresolvedError, enclosed, root
-from verification.exact_loop import Rise, image, iterates, objective, rise_confirmed, start, step
-from verification.exact_optimality import is_optimal, optimum_bounds, rational_root, value
-from verification.exact_problem import ExactProblem
-from verification.exact_update import ORDERS, SIZES, SingularStepError, Update, exact
-from verification.families import EXTREME, FAMILIES, seeded
-from verification.oracles import Enclosure
-from verification.oracles import objective as referee_objective
+from verification.exact import algorithm as exact_update
+from verification.exact.algorithm import ORDERS, SIZES, SingularStepError, Update, exact
+from verification.exact.balls import UnresolvedError, enclosed, root
+from verification.exact.loop import Rise, image, iterates, objective, rise_confirmed, start, step
+from verification.exact.optimality import is_optimal, optimum_bounds, rational_root, value
+from verification.exact.oracles import Enclosure
+from verification.exact.oracles import objective as referee_objective
+from verification.exact.problem import ExactProblem
+from verification.problems.families import EXTREME, FAMILIES, seeded
 
 P = ExactProblem.small
 SIGN = P([[1]], [-1], [1], 1, 4, 0)

@@ -10,21 +10,30 @@ from made_up_pictures import picture_set
 from convexperc import recognize
 from convexperc.errors import InputError
 from convexperc.features import FeatureConfiguration
-from verification.experiments import readings
-from verification.experiments.baselines import BASELINES, score
-from verification.experiments.bootstrap import intervals
-from verification.experiments.claims import CLAIMS, Measured
 from verification.experiments.design import GOOD_VIEWS, GRID, SETTINGS, Design
-from verification.experiments.information import mutual_information
-from verification.experiments.multiverse import verdict
-from verification.experiments.numbers import rounded
-from verification.experiments.pictures import obstruction
-from verification.experiments.readings import FACTORS, GENERATORS, first, fraction, involved
-from verification.experiments.subsets import drawn, of_grid
-from verification.experiments.trials import KINDS, RIGHT, TIE, Known, Trials, Tried, judge, recognitions
-from verification.experiments.verdicts import Comparisons
-from verification.experiments.verdicts import judge as ruled
-from verification.experiments.weights import Weights, by_rank, chance_that_best_are_good
+from verification.experiments.measure import readings
+from verification.experiments.measure.baselines import BASELINES, score
+from verification.experiments.measure.bootstrap import intervals
+from verification.experiments.measure.claims import CLAIMS, Measured
+from verification.experiments.measure.information import mutual_information
+from verification.experiments.measure.multiverse import verdict
+from verification.experiments.measure.numbers import rounded
+from verification.experiments.measure.readings import FACTORS, GENERATORS, first, fraction, involved
+from verification.experiments.measure.subsets import drawn, of_grid
+from verification.experiments.measure.trials import (
+    KINDS,
+    RIGHT,
+    TIE,
+    Known,
+    Trials,
+    Tried,
+    judge,
+    recognitions,
+)
+from verification.experiments.measure.verdicts import Comparisons
+from verification.experiments.measure.verdicts import judge as ruled
+from verification.experiments.measure.weights import Weights, by_rank, chance_that_best_are_good
+from verification.experiments.scenes.pictures import obstruction
 
 DESIGN = Design(seed=0, repetitions=4, resamples=2000)
 

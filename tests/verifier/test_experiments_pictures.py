@@ -9,11 +9,11 @@ import pytest
 from made_up_pictures import COLOURS, drawn, picture_set, write_folder
 
 from convexperc.errors import ConvexpercError, FileFormatError, ImageError, InputError
-from verification.experiments.features import without_background
-from verification.experiments.folder import read_case_study, read_physical
-from verification.experiments.obstacles import cover_fully, cover_partly
-from verification.experiments.photos import SCENES, draw_photographs
-from verification.experiments.pictures import CASE_STUDY, LEVELS, PictureSet, Scene, View
+from verification.experiments.measure.features import without_background
+from verification.experiments.scenes.folder import read_case_study, read_physical
+from verification.experiments.scenes.obstacles import cover_fully, cover_partly
+from verification.experiments.scenes.photos import SCENES, draw_photographs
+from verification.experiments.scenes.pictures import CASE_STUDY, LEVELS, PictureSet, Scene, View
 
 OBJECTS = ("red", "green")
 

@@ -21,20 +21,20 @@ from typer.testing import CliRunner
 from convexperc.errors import FileFormatError, InputError
 from verification import report
 from verification.__main__ import app
-from verification.baseline import read_baseline
-from verification.claims import PARTS, PROTOCOL
-from verification.evidence import Evidence, Verdict
-from verification.experiments_record import checked, read_experiments
-from verification.protocol import Reading, Rule
+from verification.experiments.record.contact_sheets import read_sheets, sheet_files
+from verification.experiments.record.reading import checked, read_experiments
+from verification.ledger.baseline import read_baseline
+from verification.ledger.claims import PARTS, PROTOCOL
+from verification.ledger.evidence import Evidence, Verdict
+from verification.ledger.rules import Reading, Rule
+from verification.ledger.survey import Comparison, Survey
+from verification.ledger.surveyed import judge_surveys, verdict
+from verification.ledger.verdicts import judge_all, judge_part
 from verification.report.experiments.figures import spaced
 from verification.report.experiments.pages import experiment_files
 from verification.report.experiments.publish import publish
 from verification.report.experiments.sheets import BUDGET, contact_sheets
 from verification.report.write import files
-from verification.sheets import read_sheets, sheet_files
-from verification.survey import Comparison, Survey
-from verification.surveyed import judge_surveys, verdict
-from verification.verdicts import judge_all, judge_part
 
 RUNNER = CliRunner(env={"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"})
 DECIDED = Comparison("holds", 0.2, 0.1, 0.3, "n = 3", 240, 0)
@@ -422,9 +422,9 @@ def test_sheets_are_drawn_of_simulated_pictures_and_published_with_the_pages(rec
 @pytest.fixture
 def quick(monkeypatch, tmp_path):
     """No arguments, which take seconds; X2 refuted by the baseline; a command about X2."""
-    monkeypatch.setattr("verification.gather.all_arguments", list)
+    monkeypatch.setattr("verification.run.gather.all_arguments", list)
     expected = read_baseline() | {"X2": Verdict.REFUTED, "X2/stated": Verdict.REFUTED}
-    monkeypatch.setattr("verification.baseline.read_baseline", lambda: expected)
+    monkeypatch.setattr("verification.ledger.baseline.read_baseline", lambda: expected)
 
     def command(name, *more):
         arguments = (name, "--claim", "X2", "--jobs", 1, "--out", tmp_path / "out", *more)
@@ -447,13 +447,13 @@ def test_a_run_judges_by_the_record_that_is_named(record, tmp_path, monkeypatch,
         result = quick("run", "--experiments", wrong)
         assert result.exit_code == 2, result.output
         assert "--experiments" in result.stderr, result.stderr
-    monkeypatch.setattr("verification.experiments_record.PACKAGED", tmp_path / "none.json")
+    monkeypatch.setattr("verification.experiments.record.reading.PACKAGED", tmp_path / "none.json")
     assert quick("run").exit_code == 3, "nothing was judged, and nothing speaks against the baseline"
 
 
 def test_a_report_shows_the_record_that_comes_with_the_verifier(record, tmp_path, monkeypatch, quick):
     file = written(tmp_path / "experiments.json", record)
-    monkeypatch.setattr("verification.experiments_record.PACKAGED", file)
+    monkeypatch.setattr("verification.experiments.record.reading.PACKAGED", file)
     result = quick("report")
     assert result.exit_code == 0, (result.output, result.exception)
     told = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))

@@ -11,13 +11,13 @@ from rich.console import Console
 
 from convexperc.problem import formulation as objective
 from convexperc.solvers.paper import trace as paper_trace
-from verification.claims import PARTS
-from verification.evidence import Outcome
-from verification.families import FAMILIES
 from verification.faults.fault import Fault, Patcher, everywhere, replaced
 from verification.faults.hunt import Caught, explored, hunt, hunts
 from verification.faults.own import COST, FAULTS
 from verification.faults.table import SCHEMA, WIDTH, as_json, as_markdown, planted, table
+from verification.ledger.claims import PARTS
+from verification.ledger.evidence import Outcome
+from verification.problems.families import FAMILIES
 
 FAULT = {fault.name: fault for fault in FAULTS}
 SHRUNK = ("u is not updated", "lambda3 halved in the objective", "coupling term left out of the gap")

@@ -17,10 +17,10 @@ from convexperc.solution.solution import Status
 from convexperc.solvers.interface import SolverResult
 from convexperc.solvers.paper import CORRECTED
 from convexperc.solvers.paper.loop import run
-from verification.families import seeded
-from verification.oracles import objective
-from verification.referee import Optimum, violations
-from verification.referee import optimum as exact_optimum
+from verification.exact.oracles import objective
+from verification.exact.referee import Optimum, violations
+from verification.exact.referee import optimum as exact_optimum
+from verification.problems.families import seeded
 
 FAMILIES = (
     "random",

@@ -11,7 +11,7 @@ from rich.console import Console
 from convexperc.errors import InputError
 from verification.checks.catalogue import CHECKS
 from verification.counterexamples.files import catalogue
-from verification.replay import WIDTH, Replay, replay
+from verification.counterexamples.replay import WIDTH, Replay, replay
 
 CHECKED = {check.name: check for check in CHECKS}
 RECORDS = {record.id: record for record in catalogue()}

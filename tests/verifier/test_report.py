@@ -14,24 +14,25 @@ import pytest
 from made_up import MACHINE, SETTINGS, argument, evidence, refutation, series, verdicts
 
 from convexperc.errors import FileFormatError, InputError
-from verification import environment
-from verification.baseline import assess
+from verification import provenance as environment
 from verification.checks.catalogue import CHECKS
 from verification.checks.descent import ITERATIONS
-from verification.claims import CLAIMS, PARTS
 from verification.counterexamples.files import catalogue
 from verification.counterexamples.given import given, in_words
-from verification.evidence import Argument, Checker, Count, Refutation, Step, Verdict
-from verification.exact_problem import ExactProblem
-from verification.families import FAMILIES
+from verification.exact.problem import ExactProblem
+from verification.ledger.baseline import assess
+from verification.ledger.claims import CLAIMS, PARTS
+from verification.ledger.evidence import Argument, Checker, Count, Refutation, Step, Verdict
+from verification.ledger.verdicts import judge_all
+from verification.problems.families import FAMILIES
+from verification.provenance import record_digest
 from verification.report import sentences, words
 from verification.report.diff import diff, read_report
-from verification.report.machine import digest, report_record
+from verification.report.machine import report_record
 from verification.report.markdown import VOLATILE
 from verification.report.plots import DRAWN, plot
 from verification.report.write import files, write
 from verification.search.profiles import PROFILES
-from verification.verdicts import judge_all
 
 RECORDS = {"d1-printed.json": b"{}\n", "l2-inequality.json": b"[]\n"}
 EVIL = "<script src='http://evil'>alert(1)</script> | **x** `y` &amp; \x00 {{ 7*7 }} \"' ]]> --> $x$"
@@ -73,7 +74,7 @@ def test_two_machines_differ_in_one_block_alone(good):
 
 def test_the_digest_moves_with_every_finding_and_with_nothing_volatile():
     found = record()
-    assert found["digest"] == digest(found) == record(evidence(volatile={}))["digest"]
+    assert found["digest"] == record_digest(found) == record(evidence(volatile={}))["digest"]
     changed = evidence(settings=SETTINGS | {"seed": 1}), evidence(missing=["x"]), evidence(series={})
     digests = {record(made)["digest"] for made in changed} | {found["digest"]}
     assert len(digests) == 4, digests

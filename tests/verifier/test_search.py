@@ -15,13 +15,13 @@ import pytest
 
 from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation, Player, Recorder
-from verification.evidence import Outcome
-from verification.families import seeded
+from verification.journal import Journal
+from verification.ledger.evidence import Outcome
+from verification.problems.families import seeded
+from verification.problems.sources import Seeded, Source
 from verification.search.engine import Result, plan, search
-from verification.search.journal import Journal
 from verification.search.profiles import PROFILES, Profile
 from verification.search.shards import Shard, explore, plain, problem_of, size_of
-from verification.sources import Seeded, Source
 
 PART = "F1/bounded"
 OTHER = "F1/convex"
@@ -92,11 +92,11 @@ def test_a_broken_run_goes_on_where_it_was(unbroken: Result, tmp_path: Path, kee
     lines = file.read_text().splitlines(keepends=True)
     file.write_text("".join(lines[: 1 + keep]) + lines[1 + keep][:-20])  # the last line was cut off
     journal = Journal(file, head)
-    assert len(journal.found) == keep, journal.found
-    kept = dict(journal.found)
+    assert len(journal.entries) == keep, journal.entries
+    kept = dict(journal.entries)
     result = search([LARGE], SMALL, 3, journal=journal)
     assert summary(result) == summary(unbroken)
-    assert all(journal.found[key] is found for key, found in kept.items()), "a kept shard was done again"
+    assert all(journal.entries[key] is found for key, found in kept.items()), "a kept shard was done again"
 
 
 def test_a_changed_line_is_not_believed(tmp_path: Path) -> None:
@@ -106,14 +106,14 @@ def test_a_changed_line_is_not_believed(tmp_path: Path) -> None:
     changed = lines[2].replace('"failed":', '"failed":1')
     assert changed != lines[2], lines[2]
     file.write_text("".join([*lines[:2], changed, *lines[3:]]))
-    assert len(Journal(file, head).found) == 1
+    assert len(Journal(file, head).entries) == len(lines) - 2, "one line of them is the head"
 
 
 def test_a_journal_of_other_settings_is_set_aside(tmp_path: Path) -> None:
     file = tmp_path / "run.jsonl"
     search([LARGE], SMALL, 3, journal=Journal(file, {"seed": 3}))
     text = file.read_text()
-    assert not Journal(file, {"seed": 4}).found
+    assert not Journal(file, {"seed": 4}).entries
     assert (tmp_path / "run.jsonl.old").read_text() == text
 
 
@@ -122,7 +122,7 @@ def test_a_finished_journal_is_not_mistaken_for_work_to_go_on_with(tmp_path: Pat
     journal = Journal(file, head)
     search([LARGE], SMALL, 3, journal=journal)
     journal.finish()
-    assert not Journal(file, head).found
+    assert not Journal(file, head).entries
 
 
 def test_an_exception_of_a_check_is_told_not_hidden() -> None:
@@ -177,7 +177,7 @@ from pathlib import Path
 sys.path.insert(0, {folder!r})
 from test_search import LARGE, SMALL
 from verification.search.engine import search
-from verification.search.journal import Journal
+from verification.journal import Journal
 journal = Journal(Path({file!r}), {{"seed": 3}})
 search([LARGE], SMALL, 3, journal=journal, progress=lambda found: time.sleep(0.2))
 """
@@ -198,7 +198,7 @@ def test_nothing_is_lost_by_a_kill(unbroken: Result, tmp_path: Path, how: signal
         child.send_signal(how)
         child.wait(30)
     journal = Journal(file, {"seed": 3})
-    assert len(journal.found) >= 3, journal.found
+    assert len(journal.entries) >= 3, journal.entries
     assert summary(search([LARGE], SMALL, 3, journal=journal)) == summary(unbroken)
 
 

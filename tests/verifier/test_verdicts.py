@@ -7,11 +7,11 @@ import pytest
 from made_up import argument, evidence, refutation, verdicts
 
 from convexperc.errors import FileFormatError
-from verification.baseline import assess, baseline_file, compare, read_baseline
-from verification.claims import CLAIMS, PARTS, Role
-from verification.evidence import Argument, Checker, Count, Evidence, Step, Verdict
-from verification.families import FAMILIES
-from verification.verdicts import ContradictionError, judge, judge_all, judge_part
+from verification.ledger.baseline import assess, baseline_file, compare, read_baseline
+from verification.ledger.claims import CLAIMS, PARTS, Role
+from verification.ledger.evidence import Argument, Checker, Count, Evidence, Step, Verdict
+from verification.ledger.verdicts import ContradictionError, judge, judge_all, judge_part
+from verification.problems.families import FAMILIES
 
 CASES = 250 * len(FAMILIES) + 1
 """Of one part in the made-up evidence, with one that fails."""

@@ -5,8 +5,6 @@ import os
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any
 
 from rich.table import Table
@@ -18,32 +16,21 @@ from verification.bench.picture_frames import PictureTimes
 from verification.bench.proof_times import ProofTimes
 from verification.bench.reduced_gap import LARGE
 from verification.bench.run import GAP, Outcome, one_thread
+from verification.provenance import installed, processor
 
 PACKAGES = ("numpy", "scipy", "numba", "cvxpy", "clarabel", "qoco", "scs", "skglm", "celer")
 
 
 def machine() -> dict[str, Any]:
     """Processor, system, versions and BLAS kernels; no path and no host."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        model = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        model = platform.processor() or "unknown"
     return {
-        "processor": model,
+        "processor": processor(),
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
-        "versions": {name: _version(name) for name in PACKAGES},
+        "versions": {name: installed(name) for name in PACKAGES},
         "blas": _blas(),
     }
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def _blas() -> list[str]:

@@ -15,9 +15,10 @@ from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton.method import STATUSES, Newton
 from convexperc.solvers.osqp import Quadratic, is_quadratic
-from verification import oracles, referee
 from verification.checks.interface import REFEREED, Check, Observation
-from verification.checks.rational import (
+from verification.exact import oracles, referee
+from verification.exact.oracles import square_root
+from verification.exact.rational import (
     LARGE,
     ULP,
     Data,
@@ -29,9 +30,8 @@ from verification.checks.rational import (
     share,
     squares,
 )
-from verification.evidence import Outcome
-from verification.oracles import square_root
-from verification.sources import Source
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 FINISHED = ("optimal", "solved", *STATUSES)
 """What Clarabel and OSQP say of an answer that they stand by; and Newton's method of any, since its limit of

@@ -10,12 +10,12 @@ from convexperc.solution import batch as many
 from convexperc.solution import single as solving
 from convexperc.solution.answers import Answers
 from convexperc.solution.solution import Solution, Status
-from verification import oracles, referee
 from verification.checks.interface import REFEREED, Check, Observation
-from verification.checks.rational import LARGEST_MEASURE, is_finite, number, share
-from verification.evidence import Outcome
-from verification.oracles import Enclosure
-from verification.sources import Source
+from verification.exact import oracles, referee
+from verification.exact.oracles import Enclosure
+from verification.exact.rational import LARGEST_MEASURE, is_finite, number, share
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 RARE = 9
 """One answer of this many and one goes to the exact referee."""

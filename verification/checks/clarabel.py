@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from convexperc.problem.problem import Problem
 from convexperc.solution import single as solving
 from convexperc.solution.solution import Status
-from verification import raw
+from verification.checks import raw
 from verification.checks.interface import Check, Observation
-from verification.checks.rational import LARGEST_MEASURE
-from verification.evidence import Outcome
-from verification.sources import Source
+from verification.exact.rational import LARGEST_MEASURE
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 PART = "S1/optimal"
 CLOSE = 1e-6

@@ -10,10 +10,10 @@ import numpy as np
 from convexperc.problem import formulation as library
 from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation
-from verification.checks.rational import LARGE, ULP, Data, drawn_point, exact, number, share, squares, total
-from verification.evidence import Outcome
-from verification.oracles import Enclosure, objective, rationals
-from verification.sources import Source
+from verification.exact.oracles import Enclosure, objective, rationals
+from verification.exact.rational import LARGE, ULP, Data, drawn_point, exact, number, share, squares, total
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 PARTS = ("F1/convex", "F1/bounded")
 PLACES = (Fraction(1, 2), Fraction(1, 4), Fraction(3, 4))

@@ -14,10 +14,10 @@ from convexperc.problem.problem import Problem
 from convexperc.solvers.paper import systems as paper_systems
 from convexperc.solvers.paper.variants import CORRECTED, PRINTED
 from verification.checks.interface import Check, Observation
-from verification.checks.rational import LARGE, ULP, Data, drawn_point, exact, inner, number, share
-from verification.evidence import Outcome
-from verification.oracles import Enclosure, Rationals, objective, rationals
-from verification.sources import Source
+from verification.exact.oracles import Enclosure, Rationals, objective, rationals
+from verification.exact.rational import LARGE, ULP, Data, drawn_point, exact, inner, number, share
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 PARTS = ("D1/printed", "D1/corrected", "D2/printed", "D2/corrected")
 STEP = Fraction(1, 2**120)

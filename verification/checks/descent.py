@@ -15,13 +15,21 @@ from convexperc.solution.solution import Status
 from convexperc.solvers.paper import PaperTrace, Stop
 from convexperc.solvers.paper.loop import run
 from verification.checks.interface import Check, Observation
-from verification.claims import ORDERS, READINGS
-from verification.evidence import Outcome
-from verification.exact_arithmetic import UnresolvedError
-from verification.exact_loop import Enclosures, Rise, rise_confirmed, step
-from verification.exact_update import SingularStepError, Update
-from verification.oracles import Entries, Rationals, dot, objective, objects, rational_vector, square_root
-from verification.sources import Source
+from verification.exact.algorithm import SingularStepError, Update
+from verification.exact.balls import UnresolvedError
+from verification.exact.loop import Enclosures, Rise, rise_confirmed, step
+from verification.exact.oracles import (
+    Entries,
+    Rationals,
+    dot,
+    objective,
+    objects,
+    rational_vector,
+    square_root,
+)
+from verification.ledger.claims import ORDERS, READINGS
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 ITERATIONS = 150
 """Most iterations of a run; runs that need more are undecided for T1b."""

@@ -13,9 +13,9 @@ from convexperc.features import pictures as images
 from convexperc.features.configuration import BY_CHANNEL, JOINT, FeatureConfiguration
 from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation
-from verification.checks.rational import LARGEST_MEASURE
-from verification.evidence import Outcome
-from verification.sources import Source
+from verification.exact.rational import LARGEST_MEASURE
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 PARTS = ("B5/histogram", "B5/hog", "B5/lbp", "B5/partition")
 COUNTED, DESCRIBED = 1e-12, 1e-9

@@ -8,9 +8,9 @@ import numpy as np
 
 from convexperc.problem.arrays import Matrix
 from convexperc.problem.problem import Problem
-from verification.evidence import Outcome
-from verification.families import FAMILIES
-from verification.sources import Source
+from verification.ledger.evidence import Outcome
+from verification.problems.families import FAMILIES
+from verification.problems.sources import Source
 
 T = TypeVar("T")
 
@@ -26,7 +26,7 @@ class Observation:
     Attributes
     ----------
     part : str
-        A key of `verification.claims.PARTS`.
+        A key of `verification.ledger.claims.PARTS`.
     outcome : Outcome
     measure : float
         0 or more, the larger the worse; what the search drives up. What it measures is said by the part.

@@ -9,12 +9,12 @@ import numpy as np
 from convexperc.problem.problem import Problem
 from convexperc.recognition import label as recognizing
 from convexperc.recognition.recognition import Recognition, Verdict
-from verification import referee
 from verification.checks.interface import REFEREED, Check, Observation
-from verification.checks.rational import Data, exact, number, squares
-from verification.evidence import Outcome
-from verification.oracles import Enclosure
-from verification.sources import Source
+from verification.exact import referee
+from verification.exact.oracles import Enclosure
+from verification.exact.rational import Data, exact, number, squares
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 PARTS = ("R1/separated", "B4/label", "B4/share", "B4/tie")
 FRESH, COPY, SWAPPED = "another template", "the same again", "two columns of equal data exchanged"

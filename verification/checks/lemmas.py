@@ -5,10 +5,10 @@ from fractions import Fraction
 
 from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation
-from verification.checks.rational import Data, Exact, drawn_point, exact, number, share, squares, total
-from verification.evidence import Outcome
-from verification.oracles import Enclosure, objective, square_root
-from verification.sources import Source
+from verification.exact.oracles import Enclosure, objective, square_root
+from verification.exact.rational import Data, Exact, drawn_point, exact, number, share, squares, total
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 LARGEST = 4
 """Entries of the vectors are integers up to this, over one denominator up to this."""

@@ -10,12 +10,12 @@ from convexperc.problem.problem import Problem
 from convexperc.solvers.paper import LinearSolver, PaperTrace, Stop
 from convexperc.solvers.paper.loop import run
 from verification.checks.interface import Check, Observation
-from verification.checks.rational import drawn_point
-from verification.claims import ORDERS, READINGS
-from verification.evidence import Outcome
-from verification.families import EXTREME, FAMILIES
-from verification.oracles import Rationals, objective, rationals, square_root
-from verification.sources import Source
+from verification.exact.oracles import Rationals, objective, rationals, square_root
+from verification.exact.rational import drawn_point
+from verification.ledger.claims import ORDERS, READINGS
+from verification.ledger.evidence import Outcome
+from verification.problems.families import EXTREME, FAMILIES
+from verification.problems.sources import Source
 
 BACKWARD = {LinearSolver.DIRECT: 1e-11, LinearSolver.WOODBURY: 1e-6}
 """Largest residual of an update in its own linear system, as a share of the magnitudes of its terms,

@@ -11,9 +11,10 @@ from convexperc.certificate import certificate as judge
 from convexperc.problem import formulation as library
 from convexperc.problem.problem import Problem
 from convexperc.solution import single as solving
-from verification import referee
 from verification.checks.interface import Check, Observation
-from verification.checks.rational import (
+from verification.exact import referee
+from verification.exact.oracles import Enclosure
+from verification.exact.rational import (
     LARGE,
     LARGEST_MEASURE,
     ULP,
@@ -26,9 +27,8 @@ from verification.checks.rational import (
     squares,
     total,
 )
-from verification.evidence import Outcome
-from verification.oracles import Enclosure
-from verification.sources import Source
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 UNITS = 8
 """Units in the last place, times n + d, of the sum of magnitudes: one for each rounding, and room."""

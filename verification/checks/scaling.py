@@ -9,9 +9,9 @@ from convexperc.problem.problem import Problem
 from convexperc.solution import single as solving
 from convexperc.solution.solution import Status
 from verification.checks.interface import Check, Observation
-from verification.checks.rational import number, share
-from verification.evidence import Outcome
-from verification.sources import Source
+from verification.exact.rational import number, share
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 PART = "B1/scaling"
 SMALLEST_NORMAL = 2.0**-1022

@@ -11,11 +11,11 @@ from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
 from convexperc.solution import single as solving
 from convexperc.solution.solution import Solution, Status
-from verification import oracles
 from verification.checks.interface import Check, Observation
-from verification.checks.rational import Data, inner, number, share, squares
-from verification.evidence import Outcome
-from verification.sources import Source
+from verification.exact import oracles
+from verification.exact.rational import Data, inner, number, share, squares
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
 
 BELOW = 0.9
 """A lambda this share of the critical one must leave weights that are not 0."""

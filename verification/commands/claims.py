@@ -16,8 +16,8 @@ from verification.commands.misuse import misuse
 from verification.commands.stored import attach, figures, read_stored
 
 if TYPE_CHECKING:
-    from verification.experiments_record import Experiments
-    from verification.gather import Options, Run
+    from verification.experiments.record.reading import Experiments
+    from verification.run.gather import Options, Run
 
 FAILED, OPEN = 1, 3
 """Exit codes; 2, of misuse, is typer's."""
@@ -41,7 +41,7 @@ Out = Annotated[Path, typer.Option(file_okay=False, help="Folder for everything 
 
 def listed() -> None:
     """List the claims, their places and their parts."""
-    from verification.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
+    from verification.ledger.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
 
     table = Table("id", "place", "claim", "parts", title="Claims; 'run --claim ID' judges one")
     for claim in CLAIMS.values():
@@ -103,8 +103,6 @@ def report(
         return
     if evidence is not None and claim:
         raise typer.BadParameter("cannot be combined with --evidence", param_hint="--claim")
-    import verification.gather  # noqa: PLC0415 - a package that is missing is missed now, not after the work
-    import verification.report.write  # noqa: PLC0415, F401
 
     with misuse("--experiments"):
         stored = read_stored(experiments)
@@ -157,8 +155,8 @@ def faults(
 
 
 def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Options":
-    from verification.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
-    from verification.gather import Options  # noqa: PLC0415
+    from verification.ledger.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
+    from verification.run.gather import Options  # noqa: PLC0415
     from verification.search.profiles import PROFILES  # noqa: PLC0415
 
     if profile not in PROFILES:
@@ -174,7 +172,7 @@ def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Op
 def _gather(options: "Options", out: Path) -> "Run":
     """Run with a progress bar; keep the evidence, even of a run that was broken off."""
     from convexperc.files import check_place, write_json  # noqa: PLC0415 - keeps --help quick
-    from verification.gather import gather  # noqa: PLC0415
+    from verification.run.gather import gather  # noqa: PLC0415
 
     name = "-".join([options.profile.name, str(options.seed), *options.claims])
     kept = out / ".journal" / f"{name}.evidence.json"
@@ -208,8 +206,8 @@ def _arguments(options: "Options") -> Iterator[str]:
 
 def _read(file: Path) -> "Run":
     """Read back what `_gather` has kept."""
-    from verification.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
-    from verification.gather import Run  # noqa: PLC0415
+    from verification.ledger.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
+    from verification.run.gather import Run  # noqa: PLC0415
 
     try:
         found = Run.from_json(json.loads(file.read_text(encoding="utf-8")))
@@ -226,9 +224,9 @@ def _read(file: Path) -> "Run":
 def _content(found: "Run", stored: "Experiments | None") -> dict[str, bytes]:
     """The files of the report."""
     from convexperc.files import json_bytes  # noqa: PLC0415 - keeps --help quick
-    from verification.baseline import for_run, read_baseline  # noqa: PLC0415
+    from verification.ledger.baseline import for_run, read_baseline  # noqa: PLC0415
+    from verification.ledger.verdicts import judge_all  # noqa: PLC0415
     from verification.report.write import files  # noqa: PLC0415
-    from verification.verdicts import judge_all  # noqa: PLC0415
 
     evidence = found.evidence
     records = {f"{name}.json": json_bytes(record.as_json()) for name, record in found.records.items()}
@@ -244,10 +242,10 @@ def _store(content: dict[str, bytes], out: Path) -> None:
 
 def _verdicts(found: "Run") -> int:
     """Print the verdicts on the claims that were judged, and what differs from the baseline."""
-    from verification.baseline import assess, for_run, read_baseline  # noqa: PLC0415 - keeps --help quick
-    from verification.claims import CLAIMS  # noqa: PLC0415
-    from verification.evidence import Verdict  # noqa: PLC0415
-    from verification.verdicts import ContradictionError, judge_all  # noqa: PLC0415
+    from verification.ledger.baseline import assess, for_run, read_baseline  # noqa: PLC0415 - keeps --help quick
+    from verification.ledger.claims import CLAIMS  # noqa: PLC0415
+    from verification.ledger.evidence import Verdict  # noqa: PLC0415
+    from verification.ledger.verdicts import ContradictionError, judge_all  # noqa: PLC0415
 
     screen, evidence = console(), found.evidence
     if found.interrupted:

@@ -14,7 +14,7 @@ from rich.table import Table
 from verification.commands.misuse import misuse
 
 if TYPE_CHECKING:
-    from verification.experiments.collection import Collection
+    from verification.experiments.record.collection import Collection
 
 OPEN = 3
 """Exit code of a run that was broken off; 2, of misuse, is typer's."""
@@ -69,9 +69,9 @@ def experiments(
     if simulate and simulation is None:  # asked before the imports below, so that one line names both extras
         require("mujoco", "sim,verify", "drawing the scenes")
     from verification.experiments.design import Design  # noqa: PLC0415
-    from verification.experiments.readings import first  # noqa: PLC0415
-    from verification.experiments.record import NAME, write_record  # noqa: PLC0415
-    from verification.experiments.run import run  # noqa: PLC0415
+    from verification.experiments.measure.readings import first  # noqa: PLC0415
+    from verification.experiments.record.record import NAME, write_record  # noqa: PLC0415
+    from verification.experiments.record.run import run  # noqa: PLC0415
     from verification.report.experiments.publish import publish  # noqa: PLC0415
 
     design = Design(seed, repetitions)
@@ -110,7 +110,7 @@ def experiments(
 
 def _drawn(folder: Path, seed: int, workers: int) -> tuple[Path, Path]:
     """Draw both simulated sets, or what is missing of them."""
-    from verification.experiments.simulated import draw  # noqa: PLC0415 - keeps --help quick
+    from verification.experiments.scenes.simulated import draw  # noqa: PLC0415 - keeps --help quick
 
     with misuse("--cache"), _progress() as progress:
         return draw(folder, seed, workers, progress)
@@ -119,7 +119,7 @@ def _drawn(folder: Path, seed: int, workers: int) -> tuple[Path, Path]:
 def _collections(
     simulation: Path | None, case_study: Path | None, photos: Path | None, seed: int
 ) -> "Iterator[Collection]":
-    from verification.experiments.collection import Collection  # noqa: PLC0415 - keeps --help quick
+    from verification.experiments.record.collection import Collection  # noqa: PLC0415 - keeps --help quick
 
     if simulation is not None and case_study is not None:
         with misuse("--simulation, --case-study"):

@@ -27,7 +27,7 @@ def replay(
     from convexperc.files import check_place, write_atomic  # noqa: PLC0415
     from convexperc.report import picture_kind  # noqa: PLC0415 - keeps --help quick
     from verification.checks.catalogue import CHECKS  # noqa: PLC0415
-    from verification.replay import replay as again  # noqa: PLC0415
+    from verification.counterexamples.replay import replay as again  # noqa: PLC0415
 
     if plot is not None:
         with misuse("--plot"):

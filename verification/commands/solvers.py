@@ -17,7 +17,7 @@ File = Annotated[Path | None, typer.Option("--json", help="Write everything to t
 
 def families() -> None:
     """List the families of problems."""
-    from verification.families import FAMILIES, RANDOM, SUMMARIES  # noqa: PLC0415 - keeps --help quick
+    from verification.problems.families import FAMILIES, RANDOM, SUMMARIES  # noqa: PLC0415 - keeps --help quick
 
     grid = Grid("family", "group", "what it is")
     for name in FAMILIES:
@@ -50,9 +50,9 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     jobs: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
 ) -> None:
     """Solve, certify and referee problems; exit code 1 if one is not certified or a proof is false."""
-    from verification.campaign.file import Settings, load  # noqa: PLC0415 - keeps --help quick
-    from verification.campaign.run import run  # noqa: PLC0415 - keeps --help quick
-    from verification.campaign.screen import Watch, details, families_table, raw_table  # noqa: PLC0415
+    from verification.search.campaign.file import Settings, load  # noqa: PLC0415 - keeps --help quick
+    from verification.search.campaign.run import run  # noqa: PLC0415 - keeps --help quick
+    from verification.search.campaign.screen import Watch, details, families_table, raw_table  # noqa: PLC0415
 
     command = ["convexperc-verification", *sys.argv[1:]]
     settings = Settings(random, degenerate, extreme, seed, solver, escalate, referee, raw)

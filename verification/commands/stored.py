@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from verification.evidence import Evidence
-    from verification.experiments_record import Experiments
+    from verification.experiments.record.reading import Experiments
+    from verification.ledger.evidence import Evidence
 
 
 def read_stored(file: Path | None) -> "Experiments | None":
@@ -17,17 +17,17 @@ def read_stored(file: Path | None) -> "Experiments | None":
     Raises
     ------
     FileFormatError
-        See `verification.experiments_record.read_experiments`.
+        See `verification.experiments.record.reading.read_experiments`.
     """
-    from verification.experiments_record import packaged, read_experiments  # noqa: PLC0415 - keeps --help quick
+    from verification.experiments.record.reading import packaged, read_experiments  # noqa: PLC0415 - keeps --help quick
 
     return packaged() if file is None else read_experiments(file)
 
 
 def attach(evidence: "Evidence", stored: "Experiments | None", file: Path | None) -> None:
     """Give the evidence what the record says of the claims that the run is about, and name its file."""
-    from verification.claims import CLAIMS, PARTS  # noqa: PLC0415 - keeps --help quick
-    from verification.verdicts import is_selected  # noqa: PLC0415
+    from verification.ledger.claims import CLAIMS, PARTS  # noqa: PLC0415 - keeps --help quick
+    from verification.ledger.verdicts import is_selected  # noqa: PLC0415
 
     wanted = {claim.id for claim in CLAIMS.values() if claim.surveyed and is_selected(evidence, claim.id)}
     if stored is None or not wanted:
@@ -51,7 +51,7 @@ def figures(evidence: "Evidence") -> Iterator[Table]:
 
 
 def _table(evidence: "Evidence", caption: str) -> Table:
-    from verification.surveyed import verdict  # noqa: PLC0415 - keeps --help quick
+    from verification.ledger.surveyed import verdict  # noqa: PLC0415 - keeps --help quick
 
     heads = (
         "part",

@@ -5,8 +5,8 @@ from fractions import Fraction
 from math import floor
 from typing import Any
 
-from verification.exact_loop import Iterate
-from verification.oracles import Enclosure
+from verification.exact.loop import Iterate
+from verification.exact.oracles import Enclosure
 
 LONGEST = 40
 """Longer fractions are written as an interval with `DIGITS` significant digits, rounded outwards."""

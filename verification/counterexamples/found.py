@@ -8,8 +8,8 @@ from convexperc.problem.problem import Problem
 from verification.checks.interface import Check
 from verification.counterexamples.kinds import completed
 from verification.counterexamples.record import Record, Size, magnitude
-from verification.exact_problem import ExactProblem, texts
-from verification.exact_update import Update
+from verification.exact.algorithm import Update
+from verification.exact.problem import ExactProblem, texts
 
 
 def rise_record(
@@ -55,7 +55,7 @@ def case_record(
     Parameters
     ----------
     name, part : str
-        The id, and a key of `verification.claims.PARTS`.
+        The id, and a key of `verification.ledger.claims.PARTS`.
     problem : Problem
     check : Check
     drawn : sequence

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from verification.claims import order_in_words
 from verification.counterexamples.record import Record
-from verification.exact_problem import ExactProblem
+from verification.exact.problem import ExactProblem
+from verification.ledger.claims import order_in_words
 
 LONGEST = 16
 """Letters of a fraction that is shown as it is, though it be a float64."""

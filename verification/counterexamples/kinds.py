@@ -23,7 +23,7 @@ from verification.counterexamples.numbers import (
     confirm_tie,
 )
 from verification.counterexamples.record import Record
-from verification.evidence import Outcome, Refutation
+from verification.ledger.evidence import Outcome, Refutation
 
 BY_KIND: dict[str, Callable[[Record], Confirmation]] = {
     "rise": confirm_rise,

@@ -8,12 +8,12 @@ from typing import Any
 from convexperc.errors import FileFormatError
 from verification.counterexamples.confirmation import Confirmation, Line, minus, point, shown, text
 from verification.counterexamples.record import Record, numbers_of
-from verification.exact_arithmetic import UnresolvedError
-from verification.exact_loop import Iterate, image, iterates, step
-from verification.exact_optimality import is_optimal, optimum_bounds, value
-from verification.exact_problem import ExactProblem, Rational
-from verification.exact_update import SingularStepError, Update
-from verification.oracles import Enclosure
+from verification.exact.algorithm import SingularStepError, Update
+from verification.exact.balls import UnresolvedError
+from verification.exact.loop import Iterate, image, iterates, step
+from verification.exact.optimality import is_optimal, optimum_bounds, value
+from verification.exact.oracles import Enclosure
+from verification.exact.problem import ExactProblem, Rational
 
 SHOWN_AFTER = 3
 """Iterations shown after a zero has locked or a cycle has closed."""

@@ -9,10 +9,10 @@ from convexperc.errors import FileFormatError
 from verification.counterexamples.confirmation import Confirmation, Side, minus, point, shown, text
 from verification.counterexamples.loops import the_problem
 from verification.counterexamples.record import Record, numbers_of
-from verification.counting import eliminate
-from verification.exact_optimality import dot, is_optimal, rational_root, residuals, value
-from verification.exact_problem import ExactProblem, Rational
-from verification.oracles import Enclosure
+from verification.exact.operations import eliminate
+from verification.exact.optimality import dot, is_optimal, rational_root, residuals, value
+from verification.exact.oracles import Enclosure
+from verification.exact.problem import ExactProblem, Rational
 
 EXPONENT_SLACK = Fraction(1, 2)
 """Beyond the claimed exponent; it makes the growth from n to 2n a comparison of whole numbers."""

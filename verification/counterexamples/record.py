@@ -7,8 +7,8 @@ from fractions import Fraction
 from typing import Any
 
 from convexperc.errors import FileFormatError
-from verification.claims import PARTS
-from verification.exact_problem import NUMBER, ExactProblem
+from verification.exact.problem import NUMBER, ExactProblem
+from verification.ledger.claims import PARTS
 
 SCHEMA = "convexperc/counterexample/1"
 KINDS: dict[str, tuple[str, ...]] = {
@@ -72,7 +72,7 @@ class Record:
     id : str
         Lower-case letters, digits and hyphens; also the name of its file.
     part : str
-        A key of `verification.claims.PARTS`.
+        A key of `verification.ledger.claims.PARTS`.
     kind : str
         A key of `KINDS`: what confirms it.
     statement : str

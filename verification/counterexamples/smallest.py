@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verification.counterexamples.whole_numbers import Batch, batches, problems, shapes, whole_problem
-from verification.exact_loop import iterates
-from verification.exact_problem import ExactProblem
-from verification.exact_update import Update
+from verification.exact.algorithm import Update
+from verification.exact.loop import iterates
+from verification.exact.problem import ExactProblem
 
 SEEN = 1e-9
 """A rise below this share of F is not seen by the float64 screen."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from verification.exact_problem import ExactProblem
-from verification.exact_update import SIZES, Update
+from verification.exact.algorithm import SIZES, Update
+from verification.exact.problem import ExactProblem
 
 Floats = NDArray[np.float64]
 Whole = NDArray[np.int64]

@@ -9,8 +9,8 @@ import numpy as np
 
 from convexperc.solvers.paper.variants import SMOOTHED, Size
 from verification.checks import descent
-from verification.exact_arithmetic import inner
-from verification.exact_update import Update
+from verification.exact.algorithm import Update
+from verification.exact.balls import inner
 from verification.faults.fault import Fault, replaced, together, wrapped
 from verification.faults.loop import SIGNED, SQUARED, halved, sizes_of_u, sizes_of_w
 

@@ -59,7 +59,7 @@ class Fault:
     ----------
     name : str
     part : str
-        The part of a claim that must fail, a key of `verification.claims.PARTS`.
+        The part of a claim that must fail, a key of `verification.ledger.claims.PARTS`.
     plant : callable
         Takes a `Setter`.
     also : tuple of str

@@ -12,9 +12,9 @@ from convexperc.problem.problem import Problem
 from convexperc.solvers.paper import systems as paper_systems
 from convexperc.solvers.paper.variants import ABSOLUTE, CORRECTED
 from verification.checks import lemmas
-from verification.checks.rational import squares
+from verification.exact.oracles import Enclosure, square_root
+from verification.exact.rational import squares
 from verification.faults.fault import Fault, Plant, everywhere, replaced, wrapped
-from verification.oracles import Enclosure, square_root
 
 
 def terms_with(change: Callable[..., dict[str, float]]) -> Plant:

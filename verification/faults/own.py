@@ -5,14 +5,14 @@ from typing import Any
 
 from convexperc.problem.problem import Problem
 from convexperc.solvers.paper.variants import UpdateVariant
-from verification import cost, oracles, referee
-from verification.checks import descent, loop
+from verification.checks import cost, descent, loop
+from verification.exact import oracles, referee
+from verification.exact.oracles import Enclosure
 from verification.faults import certificates, features, formulation, recognition, solvers
 from verification.faults import descent as limits
 from verification.faults import loop as algorithm
 from verification.faults.fault import Fault, replaced, together, wrapped
 from verification.faults.solvers import with_lambdas
-from verification.oracles import Enclosure
 
 MILLIONTH = Fraction(1, 10**6)
 OBJECTIVE, OWN = oracles.objective, descent.own_objective
@@ -65,7 +65,7 @@ COST = (
     Fault("Woodbury's identity not used", "C1/woodbury", replaced(cost, "woodbury", cost.step7)),
     Fault("nothing is reduced", "C1/reduction", replaced(cost.Iterate, "reduced", lambda self: self)),
 )
-"""These show in `verification.cost`, which counts operations, and in no check on problems."""
+"""These show in `verification.checks.cost`, which counts operations, and in no check on problems."""
 
 FAULTS: tuple[Fault, ...] = (
     *formulation.OBJECTIVE,

@@ -16,7 +16,7 @@ from convexperc.solution.answers import Answers
 from convexperc.solvers.conic import Model
 from convexperc.solvers.newton.method import Newton
 from convexperc.solvers.osqp import Quadratic
-from verification import raw
+from verification.checks import raw
 from verification.faults.fault import Fault, Plant, replaced, together, wrapped
 from verification.faults.formulation import single
 

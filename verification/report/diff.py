@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from convexperc.errors import FileFormatError
-from verification.report.machine import SCHEMA, digest
+from verification.provenance import record_digest
+from verification.report.machine import SCHEMA
 
 Record = Mapping[str, Any]
 OUTCOMES = ("held", "failed", "undecided", "skipped")
@@ -74,7 +75,7 @@ def read_report(path: Path) -> dict[str, Any]:
         raise FileFormatError(
             f"schema of {path.name}", value=schema, must=f"must be {SCHEMA!r}", remedy=remedy
         )
-    if data.get("digest") != (found := digest(data)):
+    if data.get("digest") != (found := record_digest(data)):
         remedy = "The file was changed after it was written: make the report again."
         raise FileFormatError(
             f"digest of {path.name}", value=data.get("digest"), must=f"must be {found}", remedy=remedy

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 from xml.etree import ElementTree
 
-from verification.evidence import Verdict
+from verification.ledger.evidence import Verdict
 
 FINDINGS = {
     "failed": "no promise of the library fails",

@@ -13,11 +13,12 @@ from dataclasses import asdict
 from typing import Any
 
 from convexperc.errors import InputError
-from verification.baseline import Assessment
-from verification.claims import CLAIMS, Claim, Part
-from verification.evidence import Argument, Count, Evidence, Judgement, Refutation, Verdict, summed
+from verification.ledger.baseline import Assessment
+from verification.ledger.claims import CLAIMS, Claim, Part
+from verification.ledger.evidence import Argument, Count, Evidence, Judgement, Refutation, Verdict, summed
+from verification.ledger.verdicts import nearest_true_form
+from verification.provenance import record_digest
 from verification.report.experiments.summary import survey_table
-from verification.verdicts import nearest_true_form
 
 SCHEMA = "convexperc/report/1"
 UNPRINTABLE = re.compile(r"[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -40,7 +41,7 @@ def report_record(
     ----------
     evidence : Evidence
     judgements : mapping of str to Judgement
-        On every claim that was judged and its parts, see `verification.verdicts.judge_all`.
+        On every claim that was judged and its parts, see `verification.ledger.verdicts.judge_all`.
     baseline : mapping of str to Verdict
     assessment : Assessment
     records : mapping of str to bytes
@@ -75,14 +76,7 @@ def report_record(
         "counterexamples": {name: hashlib.sha256(data).hexdigest() for name, data in sorted(records.items())},
     }
     stable = plain(stable)
-    return stable | {"digest": digest(stable), "volatile": plain(evidence.volatile)}
-
-
-def digest(record: Mapping[str, Any]) -> str:
-    """SHA-256 of the canonical JSON (sorted keys, no blanks, ASCII) of a record without its volatile part."""
-    stable = {key: value for key, value in record.items() if key not in ("digest", "volatile")}
-    canonical = json.dumps(stable, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(canonical.encode()).hexdigest()
+    return stable | {"digest": record_digest(stable), "volatile": plain(evidence.volatile)}
 
 
 def report_file(record: Mapping[str, Any]) -> bytes:

@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from verification.evidence import Verdict
-from verification.families import SUMMARIES
+from verification.ledger.evidence import Verdict
+from verification.problems.families import SUMMARIES
 from verification.report import sentences, words
 from verification.report.experiments.blocks import Block
 from verification.report.experiments.markdown import lines as lines_of

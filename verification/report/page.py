@@ -6,8 +6,8 @@ from typing import Any
 from jinja2 import Environment
 from markupsafe import Markup
 
-from verification.evidence import Checker
-from verification.families import SUMMARIES
+from verification.ledger.evidence import Checker
+from verification.problems.families import SUMMARIES
 from verification.report import sentences, words
 from verification.report.experiments.blocks import Block
 from verification.report.experiments.pages import environment

@@ -14,7 +14,7 @@ from verification.report.drawing import COLORS, INK, MARKS, QUIET, drawn, finish
 LONGEST = 44
 """Letters of a legend."""
 TOLERANCE = 1e-6
-"""The line in the figure of distances: `verification.claims.LIMIT`."""
+"""The line in the figure of distances: `verification.ledger.claims.LIMIT`."""
 REFERENCES: dict[str, Callable[[np.ndarray], np.ndarray]] = {"1/(k+1)^2": lambda k: (k + 1.0) ** -2}
 
 

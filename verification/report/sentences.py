@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping, Sequence, Sized
 from typing import Any
 
-from verification.evidence import Verdict
-from verification.families import FAMILIES
+from verification.ledger.evidence import Verdict
+from verification.problems.families import FAMILIES
 from verification.report import words
 
 Record = Mapping[str, Any]

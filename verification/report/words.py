@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from verification.evidence import Checker, Verdict
+from verification.ledger.evidence import Checker, Verdict
 from verification.search.profiles import LEAST, PROFILES
 
 TITLE = "Convex multi-robot perception: the claims of the paper, judged"

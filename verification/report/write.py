@@ -6,9 +6,9 @@ from pathlib import Path
 
 from convexperc.errors import InputError
 from convexperc.files import check_place, write_atomic
-from verification.baseline import assess
-from verification.evidence import Evidence, Judgement, Verdict
-from verification.experiments_record import Experiments
+from verification.experiments.record.reading import Experiments
+from verification.ledger.baseline import assess
+from verification.ledger.evidence import Evidence, Judgement, Verdict
 from verification.report.experiments.section import section
 from verification.report.experiments.summary import summary
 from verification.report.junit import junit
@@ -69,9 +69,9 @@ def write(
     ----------
     evidence : Evidence
     judgements : mapping of str to Judgement
-        See `verification.verdicts.judge_all`.
+        See `verification.ledger.verdicts.judge_all`.
     baseline : mapping of str to Verdict
-        See `verification.baseline.read_baseline`.
+        See `verification.ledger.baseline.read_baseline`.
     outdir : Path
     records : mapping of str to bytes
         The counterexamples to go with it, by file name.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from joblib import Parallel, delayed
 
 from verification.checks.interface import Check
-from verification.search.journal import Journal
+from verification.journal import Journal
 from verification.search.profiles import Profile
 from verification.search.shards import Case, Found, Shard, Tally, explore
 
@@ -131,7 +131,8 @@ def _run(
     progress: Callable[[Found], None],
 ) -> list[Found]:
     """What every shard found, in the order of the plan."""
-    found = {} if journal is None else {s.key: journal.found[s.key] for s in shards if s.key in journal.found}
+    kept = {} if journal is None else journal.entries
+    found = {shard.key: Found.from_json(kept[shard.key]) for shard in shards if shard.key in kept}
     for each in found.values():
         progress(each)
     rest = [shard for shard in shards if shard.key not in found]
@@ -139,7 +140,7 @@ def _run(
     for each in workers(delayed(explore)(shard, named[shard.check], seed) for shard in rest):
         found[each.key] = each
         if journal is not None:
-            journal.add(each)
+            journal.put(each.key, each.as_json())
         progress(each)
     return [found[shard.key] for shard in shards]
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from verification.checks.interface import Check
-from verification.claims import PARTS, Role
+from verification.ledger.claims import PARTS, Role
 
 LEAST = 4
 """Hypothesis begins with the simplest problem, all zeros: fewer would say little."""

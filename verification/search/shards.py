@@ -6,7 +6,7 @@ A shard depends on its own name and on the seed alone, so that shards may run an
 import hashlib
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,9 @@ from hypothesis.errors import Flaky, FlakyFailure, HypothesisException
 
 from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation, Recorder
-from verification.evidence import Outcome
-from verification.families import FAMILIES
-from verification.strategies import Drawn
+from verification.ledger.evidence import Outcome
+from verification.problems.families import FAMILIES
+from verification.problems.strategies import Drawn
 
 LARGEST_TARGET = 1e300
 """Hypothesis drives up finite numbers only."""
@@ -90,6 +90,12 @@ class Case:
         """Smallest first; ties broken by the numbers, so that the smallest of several shards is one."""
         return self.size, repr((self.problem, self.drawn))
 
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> "Case":
+        """Read back what `Found.as_json` wrote."""
+        n_d, bits = data["size"]
+        return cls(**data | {"size": (n_d, bits), "measure": float.fromhex(data["measure"])})
+
 
 @dataclass
 class Tally:
@@ -109,6 +115,13 @@ class Tally:
         self.worst = max(self.worst, other.worst)
         known = [each for each in (self.smallest, other.smallest) if each is not None]
         self.smallest = min(known, key=lambda case: case.order, default=None)
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> "Tally":
+        """Read back what `Found.as_json` wrote."""
+        smallest = None if data["smallest"] is None else Case.from_json(data["smallest"])
+        decades = {int(decade): count for decade, count in data["decades"].items()}
+        return cls(dict(data["outcomes"]), data["worst"], decades, smallest)
 
 
 @dataclass
@@ -135,6 +148,20 @@ class Found:
     def shard(self) -> Shard:
         """The shard that found it."""
         return Shard.named(self.key)
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data; a measure as a hex float, since it may be infinite."""
+        data = asdict(self)
+        for tally in data["tallies"].values():
+            if tally["smallest"] is not None:
+                tally["smallest"]["measure"] = float(tally["smallest"]["measure"]).hex()
+        return data
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> "Found":
+        """Read back what `as_json` wrote."""
+        tallies = {part: Tally.from_json(tally) for part, tally in data["tallies"].items()}
+        return cls(data["key"], data["problems"], tallies, list(data["broken"]))
 
 
 def explore(shard: Shard, check: Check, campaign: int, *, shrink: bool = True) -> Found:

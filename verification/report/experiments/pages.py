@@ -6,15 +6,15 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from verification.evidence import Verdict
-from verification.experiments_record import SHEETS, Experiments
+from verification.experiments.record.contact_sheets import sheet_files
+from verification.experiments.record.reading import SHEETS, Experiments
+from verification.ledger.evidence import Verdict
+from verification.ledger.surveyed import DECIDING
 from verification.report.experiments.blocks import Picture
 from verification.report.experiments.markdown import lines
 from verification.report.experiments.section import section
 from verification.report.experiments.summary import summary
 from verification.report.words import TONES
-from verification.sheets import sheet_files
-from verification.surveyed import DECIDING
 
 TITLE = "The experiments, done again on simulated scenes and photographs"
 
@@ -25,7 +25,7 @@ def experiment_files(found: Experiments) -> dict[str, bytes]:
     Parameters
     ----------
     found : Experiments
-        See `verification.experiments_record.read_experiments`; its sheets go into the page, and beside it.
+        See `verification.experiments.record.reading`; its sheets go into the page, and beside it.
 
     Raises
     ------

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from convexperc.files import check_place, write_atomic
-from verification.experiments_record import read_experiments
+from verification.experiments.record.reading import read_experiments
 from verification.report.experiments.pages import experiment_files
 from verification.report.experiments.sheets import contact_sheets
 

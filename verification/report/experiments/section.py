@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from convexperc.errors import InputError
-from verification.claims import PROTOCOL
+from verification.ledger.claims import PROTOCOL
+from verification.ledger.surveyed import DECIDING
 from verification.report.experiments import tables
 from verification.report.experiments.advice import advice
 from verification.report.experiments.blocks import Block, Heading, Listing, Paragraph, Picture, Sheet
 from verification.report.experiments.catalogue import drawings
-from verification.surveyed import DECIDING
 
 Data = Mapping[str, Any]
 CAPTIONS = {

@@ -16,8 +16,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from convexperc.errors import FileFormatError
+from verification.ledger.surveyed import DECIDING
 from verification.report.drawing import COLORS, INK, QUIET, STYLE
-from verification.surveyed import DECIDING
 
 BUDGET = 125_000
 """Bytes of all sheets together: as text in a page they are a third longer."""
@@ -72,7 +72,7 @@ def contact_sheets(record: Data, data_dirs: Sequence[Path]) -> dict[str, bytes]:
     Parameters
     ----------
     record : mapping
-        See `verification.experiments_record.read_experiments`; the case and the case study are shown.
+        See `verification.experiments.record.reading.read_experiments`; the case and the case study are shown.
     data_dirs : sequence of Path
         Folders that `convexperc simulate` wrote: the physical set and the case study, in any order.
 

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from verification.claims import PARTS
-from verification.experiments_record import Experiments
-from verification.protocol import Reading
-from verification.survey import Survey
-from verification.surveyed import DECIDING, verdict
+from verification.experiments.record.reading import Experiments
+from verification.ledger.claims import PARTS
+from verification.ledger.rules import Reading
+from verification.ledger.survey import Survey
+from verification.ledger.surveyed import DECIDING, verdict
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 """Of the readings' accuracy; the ends, nine tenths of them, and the middle."""

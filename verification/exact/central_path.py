@@ -1,0 +1,288 @@
+"""A primal-dual interior point method of our own, in decimal arithmetic of any length.
+
+It serves the exact referee. Nothing here is trusted: exact bounds of its points are made by the referee.
+
+The central path of the dual, with slack g_i = lambda3^2 - b'K_i b and w = y- - y+:
+
+    y+_j (lambda2 - v_j) = mu,  y-_j (lambda2 + v_j) = mu,  rho_i g_i = 2 mu,
+    v = 2 (G w - c) - b,        b/(2 lambda1) + w + sum_i rho_i K_i b = 0
+
+With lambda2 = 0 the w are free and v = 0; without coupling (lambda1 or lambda3 is 0) b and rho are absent.
+"""
+
+from dataclasses import dataclass, field
+from decimal import Context, Decimal, localcontext
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from verification.exact.oracles import Rationals, objects
+
+Decimals = NDArray[Any]
+"""An object array of Decimals."""
+
+MOST_STEPS = 250
+STALLED = Decimal("1e-12")
+"""Steps shorter than this get nowhere: the arithmetic is too short."""
+
+
+@dataclass(frozen=True, eq=False)
+class Quadratic:
+    """minimise w'Hw - 2c'w + ||o||^2 + lambda2 ||w||_1, coupled to u through K_i where K is not empty."""
+
+    H: Rationals
+    c: Rationals
+    target: Fraction
+    K: tuple[Rationals, ...]
+    lambda1: Fraction
+    lambda2: Fraction
+    lambda3: Fraction
+
+
+@dataclass(frozen=True)
+class StepRule:
+    """How far and in which direction a step along the central path goes.
+
+    Attributes
+    ----------
+    share : Decimal
+        Largest fraction of the distance to the boundary that one step may go.
+    least : Decimal
+        Smallest factor to which a step may aim to reduce mu.
+    residual : Decimal
+        While the relative residual is above this, mu is kept.
+    """
+
+    share: Decimal
+    least: Decimal
+    residual: Decimal
+
+
+AGGRESSIVE = StepRule(Decimal("0.999"), Decimal(0), Decimal("Infinity"))
+"""Almost to the boundary, with any reduction of mu: the fewest steps."""
+CONSERVATIVE = StepRule(Decimal("0.8"), Decimal("0.15"), Decimal("1e-6"))
+"""Feasible first, then near the centre: for problems on which the aggressive rule stalls at a boundary."""
+
+
+@dataclass(frozen=True, eq=False)
+class Central:
+    """A point near the end of the central path, over the rationals; b and rho are empty without coupling."""
+
+    w: Rationals
+    b: Rationals
+    rho: Rationals
+
+
+def follow(quadratic: Quadratic, digits: int, rule: StepRule = AGGRESSIVE) -> Central:
+    """Follow the central path in `digits` digits until mu is 10^-(digits/2) ||o||^2, or no step helps."""
+    with localcontext(Context(prec=digits)):
+        path = _Path.of(quadratic)
+        goal = path.mu() * Decimal(10) ** -(digits // 2)
+        for _ in range(MOST_STEPS):
+            if path.mu() <= goal and path.infeasibility() <= Decimal(10) ** -(digits // 2):
+                break
+            if not path.interior() or path.step(rule) < STALLED:
+                break
+        return Central(*(_fractions(x) for x in (path.w, path.b, path.rho)))
+
+
+@dataclass(eq=False)
+class _Path:
+    """The iterate, in decimals."""
+
+    G: Decimals
+    c: Decimals
+    K: Decimals
+    lambdas: tuple[Decimal, Decimal, Decimal]
+    w: Decimals
+    v: Decimals
+    b: Decimals
+    rho: Decimals
+    y: tuple[Decimals, Decimals]
+    last: Decimals = field(init=False)
+
+    @classmethod
+    def of(cls, q: Quadratic) -> "_Path":
+        """Start at v = b = 0, on the central path but for v's residual."""
+        n, m = len(q.c), len(q.K)
+        one, two, three = (_decimal(x) for x in (q.lambda1, q.lambda2, q.lambda3))
+        mu = _decimal(q.target)
+        zero = _filled(n, Decimal(0))
+        y = _filled(n, mu / two) if two else zero
+        rho = _filled(m, 2 * mu / (three * three)) if m else _filled(0, mu)
+        K = np.array([_decimals(k) for k in q.K], dtype=object).reshape(m, n, n)
+        return cls(_decimals(q.H), _decimals(q.c), K, (one, two, three), zero, zero, zero, rho, (y, y))
+
+    def interior(self) -> bool:
+        """Whether every slack is still positive: rounding can end that."""
+        two = self.lambdas[1]
+        views = not two or all(abs(v) < two for v in self.v)
+        return views and all(g > 0 for g in (self._slack(self.b) if self.rho.size else ()))
+
+    def mu(self) -> Decimal:
+        """Mean complementarity."""
+        total, count = self._complementarity(self.y, self.v, self.rho, self.b)
+        return total / count
+
+    def _complementarity(
+        self, y: tuple[Decimals, Decimals], v: Decimals, rho: Decimals, b: Decimals
+    ) -> tuple[Decimal, int]:
+        two = self.lambdas[1]
+        total, count = Decimal(0), 0
+        if two:
+            total += sum(y[0] * (two - v), Decimal(0)) + sum(y[1] * (two + v), Decimal(0))
+            count += 2 * v.size
+        if rho.size:
+            total += sum(rho * self._slack(b), Decimal(0)) / 2
+            count += rho.size
+        return total, count
+
+    def _slack(self, b: Decimals) -> Decimals:
+        return np.asarray(self.lambdas[2] ** 2 - (self.K @ b) @ b)
+
+    def _residuals(self) -> tuple[Decimals, Decimals]:
+        first = 2 * (self.G @ self.w - self.c) - self.b - self.v
+        if not self.rho.size:
+            return first, self.b
+        return first, self.b / (2 * self.lambdas[0]) + self.w + np.tensordot(self.rho, self.K @ self.b, 1)
+
+    def infeasibility(self) -> Decimal:
+        """Largest residual, relative to the size of its terms."""
+        first, second = self._residuals()
+        size = 2 * np.abs(self.G) @ np.abs(self.w) + 2 * np.abs(self.c) + np.abs(self.b) + np.abs(self.v)
+        worst = [abs(r) / s for r, s in zip(first, size, strict=True) if s]
+        if self.rho.size:
+            terms = np.abs(self.b) / (2 * self.lambdas[0]) + np.abs(self.w)
+            worst += [abs(r) / s for r, s in zip(second, terms, strict=True) if s]
+        return max(worst, default=Decimal(0))
+
+    def step(self, rule: StepRule) -> Decimal:
+        """One predictor for the centring, one Newton step; returns its length."""
+        fixed, centring = self._directions()
+        mu = self.mu()
+        length = self._length(fixed, Decimal(1))
+        total, count = self._complementarity(*self._moved(fixed, length))
+        ratio = max(Decimal(0), total / count / mu) if mu else Decimal(0)
+        waiting = rule.residual.is_finite() and self.infeasibility() > rule.residual
+        toward = mu * (Decimal(1) if waiting else max(rule.least, ratio**3))
+        direction = tuple(f + toward * c for f, c in zip(fixed, centring, strict=True))
+        length = self._length(direction, rule.share)
+        self.y, self.v, self.rho, self.b = self._moved(direction, length)
+        self.w = self.w + length * direction[0] if not self.lambdas[1] else self.y[1] - self.y[0]
+        return length
+
+    def _directions(self) -> tuple[tuple[Decimals, ...], tuple[Decimals, ...]]:
+        """Newton's direction (w, v, b, rho, y+, y-) for mu = 0, and its derivative in mu."""
+        (first, second), (up, down), n = self._residuals(), self.y, self.v.size
+        zero, ones = _filled(n, Decimal(0)), _filled(n, Decimal(1))
+        slack_up, slack_down = self.lambdas[1] - self.v, self.lambdas[1] + self.v
+        A = 2 * self.G
+        rhs = np.array([-first, zero], dtype=object)
+        theta = zero
+        shift = np.array([zero, zero], dtype=object)
+        if self.lambdas[1]:
+            theta = down / slack_down + up / slack_up
+            shift = np.array([up - down, ones / slack_down - ones / slack_up], dtype=object)
+            A = A + np.diag(ones / theta)
+            rhs = rhs + shift / theta
+        k, g, e = self._modality_parts()
+        if self.rho.size:
+            M = (
+                np.diag(ones / (2 * self.lambdas[0]))
+                + np.tensordot(self.rho, self.K, 1)
+                + (2 * self.rho / g * k.T) @ k
+            )
+            A = np.block([[A, -np.diag(ones)], [np.diag(ones), M]])
+            below = np.array([-second - (e[0] / g) @ k, -(e[1] / g) @ k], dtype=object)
+            rhs = np.concatenate([rhs, below], axis=1)
+        found = _solve(A, rhs.T).T
+        result = []
+        for i in range(2):
+            dw, db = found[i][:n], found[i][n:] if self.rho.size else zero
+            dv = (shift[i] - dw) / theta if self.lambdas[1] else zero
+            drho = (e[i] + 2 * self.rho * (k @ db)) / g if self.rho.size else self.rho
+            result.append((dw, dv, db, drho, *self._multipliers(i, dv)))
+        return result[0], result[1]
+
+    def _modality_parts(self) -> tuple[Decimals, Decimals, tuple[Decimals, Decimals]]:
+        k, g = self.K @ self.b, self._slack(self.b)
+        return k, g, (-self.rho * g, _filled(self.rho.size, Decimal(2)))
+
+    def _multipliers(self, i: int, dv: Decimals) -> tuple[Decimals, Decimals]:
+        """Directions of y+ and y-, for mu = 0 (i = 0) or in mu (i = 1)."""
+        up, down = self.y
+        if not self.lambdas[1]:
+            return dv, dv
+        slack_up, slack_down = self.lambdas[1] - self.v, self.lambdas[1] + self.v
+        if i == 0:
+            return -up + up * dv / slack_up, -down - down * dv / slack_down
+        return (1 + up * dv) / slack_up, (1 - down * dv) / slack_down
+
+    def _moved(
+        self, direction: tuple[Decimals, ...], t: Decimal
+    ) -> tuple[tuple[Decimals, Decimals], Decimals, Decimals, Decimals]:
+        _, dv, db, drho, dup, ddown = direction
+        y = self.y[0] + t * dup, self.y[1] + t * ddown
+        return y, self.v + t * dv, self.rho + t * drho, self.b + t * db
+
+    def _length(self, direction: tuple[Decimals, ...], share: Decimal) -> Decimal:
+        """The longest step <= 1 that keeps 1 - share of every positive quantity."""
+        _, dv, db, drho, dup, ddown = direction
+        longest = Decimal(1)
+        pairs = [(self.rho, drho)]
+        if self.lambdas[1]:
+            pairs += [(self.lambdas[1] - self.v, -dv), (self.lambdas[1] + self.v, dv)]
+            pairs += [(self.y[0], dup), (self.y[1], ddown)]
+        for value, change in pairs:
+            for x, dx in zip(value, change, strict=True):
+                if dx < 0:
+                    longest = min(longest, share * x / -dx)
+        if self.rho.size:
+            for g, kb, square in zip(
+                self._slack(self.b), self.K @ self.b @ db, self.K @ db @ db, strict=True
+            ):
+                root = (kb * kb + max(square, Decimal(0)) * share * g).sqrt()
+                if root + kb > 0:
+                    longest = min(longest, share * g / (root + kb))
+        return longest
+
+
+def _solve(A: Decimals, B: Decimals) -> Decimals:
+    """Solve A x = B by equilibrated elimination with partial pivoting; x = 0 along a pivot of 0."""
+    column = np.array([max(abs(x) for x in col) or Decimal(1) for col in A.T], dtype=object)
+    A = A / column
+    row = np.array([max(abs(x) for x in line) or Decimal(1) for line in A], dtype=object)
+    work = np.concatenate([A, B], axis=1) / row[:, None]
+    size = A.shape[0]
+    for k in range(size):
+        pivot = max(range(k, size), key=lambda i: abs(work[i, k]))
+        if not work[pivot, k]:
+            continue
+        if pivot != k:
+            work[[k, pivot]] = work[[pivot, k]]
+        for i in range(k + 1, size):
+            if work[i, k]:
+                work[i, k:] = work[i, k:] - work[i, k] / work[k, k] * work[k, k:]
+    x = np.full((size, B.shape[1]), Decimal(0), dtype=object)
+    for k in reversed(range(size)):
+        if work[k, k]:
+            x[k] = (work[k, size:] - work[k, k + 1 : size] @ x[k + 1 :]) / work[k, k]
+    return np.asarray(x / column[:, None])
+
+
+def _filled(size: int, value: Decimal) -> Decimals:
+    return np.full(size, value, dtype=object)
+
+
+def _decimal(value: Fraction) -> Decimal:
+    return Decimal(value.numerator) / Decimal(value.denominator)
+
+
+def _decimals(values: Rationals) -> Decimals:
+    return objects([_decimal(value) for value in values.flat], values.shape)
+
+
+def _fractions(values: Decimals) -> Rationals:
+    return objects([Fraction(value) for value in values.flat], values.shape)

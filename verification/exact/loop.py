@@ -1,0 +1,224 @@
+"""Algorithm 1 in exact arithmetic: its start, its iterates, F along them, and whether a rise of F is real.
+
+`verification.exact.algorithm` has one iteration; here the bits are chosen, and the answers are Fractions.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, TypeVar
+
+import numpy as np
+from flint import arb, fmpq
+from numpy.typing import NDArray
+
+from convexperc.problem.problem import Problem
+from verification.exact.algorithm import Data, SingularStepError, Update
+from verification.exact.balls import Numbers, UnresolvedError, enclosed, exact, precision
+from verification.exact.oracles import Enclosure
+from verification.exact.problem import ExactProblem, Rational
+
+T = TypeVar("T")
+
+PRECISIONS = (256, 1024, 4096)
+"""Bits to try in turn; the longest are for entries that span all of float64."""
+
+LONGEST = 2048
+"""Rational iterates double their digits every few steps; beyond this many bits balls take over."""
+
+Given = Sequence[Fraction] | Sequence[float] | NDArray[np.float64]
+Enclosures = tuple[Enclosure, ...]
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """One iterate and F at it: enclosures, each of width 0 where the number is rational and short."""
+
+    w: Enclosures
+    u: Enclosures
+    F: Enclosure
+
+
+@dataclass(frozen=True)
+class Rise:
+    """F before and after one exact update; `confirmed` if it rose beyond doubt.
+
+    Attributes
+    ----------
+    confirmed : bool
+    before : Enclosure
+    after : Enclosure or None
+        None where a matrix is singular, so that there is no update.
+    """
+
+    confirmed: bool
+    before: Enclosure
+    after: Enclosure | None
+
+
+def start(problem: Problem | ExactProblem) -> tuple[Rational, Rational]:
+    """Return the exact start: w = argmin ||X'w - o||, then u = argmin ||Xu - w||, each of least norm."""
+    w, u = Data(problem).start()
+    return _fractions(w), _fractions(u)
+
+
+def step(
+    problem: Problem | ExactProblem, update: Update, w: Given, u: Given
+) -> tuple[Enclosures, Enclosures]:
+    """Return the next (w, u) from a rational point: exact where all sizes in D are rational, else balls.
+
+    Raises
+    ------
+    SingularStepError
+        A matrix is singular, with its rank.
+    UnresolvedError
+        4096 bits do not tell.
+    """
+    data, point = Data(problem), (_numbers(w), _numbers(u))
+
+    def once() -> tuple[Enclosures, Enclosures]:
+        new_w, new_u = data.step(update, *point)
+        return _enclosures(new_w), _enclosures(new_u)
+
+    return _with_bits(once)
+
+
+def objective(problem: Problem | ExactProblem, w: Given, u: Given) -> Enclosure:
+    """Enclose F(w, u) at a rational point; exact unless the norm of a modality is irrational."""
+    data, point = Data(problem), (_numbers(w), _numbers(u))
+    return _with_bits(lambda: enclosed(data.objective(*point)))
+
+
+def iterates(
+    problem: Problem | ExactProblem, update: Update, origin: tuple[Given, Given] | None, count: int
+) -> tuple[Iterate, ...]:
+    """Return iterates 0 .. `count` from `origin`, None for the paper's start; fewer if one is singular.
+
+    They are rational until a size is not or the numbers grow longer than `LONGEST` bits, then balls.
+
+    Raises
+    ------
+    UnresolvedError
+        4096 bits do not tell.
+    """
+    data = Data(problem)
+    first = data.start() if origin is None else (_numbers(origin[0]), _numbers(origin[1]))
+    return _with_bits(lambda: _run(data, update, first, count))
+
+
+def rise_confirmed(
+    problem: Problem | ExactProblem, update: Update, w: Given, u: Given, *, least: Fraction = Fraction(0)
+) -> Rise:
+    """Make one exact update from (w, u), taken as the rationals that they are, and compare F.
+
+    Parameters
+    ----------
+    problem : Problem or ExactProblem
+    update : Update
+    w, u : floats or Fractions (n,), (d,)
+    least : Fraction
+        The rise that counts.
+
+    Returns
+    -------
+    Rise
+        Confirmed only if F after, at least, exceeds F before, at most, by more than `least`; not where the
+        two cannot be told apart.
+
+    Raises
+    ------
+    UnresolvedError
+        4096 bits do not tell the update itself.
+    """
+    data, point = Data(problem), (_numbers(w), _numbers(u))
+    before = _with_bits(lambda: enclosed(data.objective(*point)))
+    after: Enclosure | None = None
+    for bits in PRECISIONS:
+        with precision(bits):
+            try:
+                new = data.step(update, *point, balls=bits == PRECISIONS[0])
+                before, after = enclosed(data.objective(*point)), enclosed(data.objective(*new))
+            except SingularStepError:
+                return Rise(False, before, None)
+            except UnresolvedError:
+                if bits == PRECISIONS[-1] and after is None:
+                    raise
+                continue
+        if after.lower > before.upper + least:
+            return Rise(True, before, after)
+        if after.upper <= before.lower + least:
+            break
+    return Rise(False, before, after)
+
+
+def image(
+    problem: ExactProblem, update: Update, w: Sequence[Enclosure], u: Sequence[Enclosure]
+) -> tuple[Enclosures, Enclosures, Enclosure]:
+    """Enclose the next (w, u) of every point of a box, and F at every point of the box itself.
+
+    Raises
+    ------
+    UnresolvedError
+        The box is too large.
+    """
+    data = Data(problem)
+    with precision(PRECISIONS[0]):
+        point = [_ball(x) for x in w], [_ball(x) for x in u]
+        new_w, new_u = data.step(update, *point, balls=True)
+        return _enclosures(new_w), _enclosures(new_u), enclosed(data.objective(*point))
+
+
+def _run(data: Data, update: Update, first: tuple[Numbers, Numbers], count: int) -> tuple[Iterate, ...]:
+    w, u = first
+    found = [_iterate(data, w, u)]
+    for _ in range(count):
+        try:
+            w, u = data.step(update, w, u)
+        except SingularStepError:
+            break
+        if any(_bits(x) > LONGEST for x in (*w, *u)):
+            w, u = _shortened(w), _shortened(u)
+        found.append(_iterate(data, w, u))
+    return tuple(found)
+
+
+def _iterate(data: Data, w: Numbers, u: Numbers) -> Iterate:
+    return Iterate(_enclosures(w), _enclosures(u), enclosed(data.objective(w, u)))
+
+
+def _bits(x: Any) -> int:
+    return max(int(x.numer()).bit_length(), int(x.denom()).bit_length()) if isinstance(x, fmpq) else 0
+
+
+def _shortened(values: Numbers) -> Numbers:
+    """Balls for all but the exact zeros, which an update holds."""
+    return [x if isinstance(x, fmpq) and x == 0 else arb(x) for x in values]
+
+
+def _with_bits(compute: Callable[[], T]) -> T:
+    for bits in PRECISIONS:
+        with precision(bits):
+            try:
+                return compute()
+            except UnresolvedError:
+                if bits == PRECISIONS[-1]:
+                    raise
+    raise AssertionError("unreachable: the last precision returns or raises")
+
+
+def _ball(x: Enclosure) -> Any:
+    if x.width == 0:
+        return exact(x.lower)
+    return arb(exact((x.lower + x.upper) / 2), exact(x.width / 2))
+
+
+def _numbers(values: Given) -> Numbers:
+    return [exact(value if isinstance(value, Fraction) else float(value)) for value in values]
+
+
+def _enclosures(values: Numbers) -> Enclosures:
+    return tuple(enclosed(x) for x in values)
+
+
+def _fractions(values: Numbers) -> Rational:
+    return tuple(enclosed(x).lower for x in values)

@@ -1,0 +1,263 @@
+"""The enclosure of F* that is proved exactly, and the judgement of a certificate against it."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from convexperc.certificate.certificate import Certificate
+from convexperc.problem.problem import Problem
+from verification.exact.central_path import AGGRESSIVE, CONSERVATIVE, Central, Quadratic, follow
+from verification.exact.oracles import Enclosure, Rationals, Reduced, dot, objective, square_root, times
+
+ATTEMPTS = (
+    *((80, AGGRESSIVE), (80, CONSERVATIVE)),
+    *((250, AGGRESSIVE), (250, CONSERVATIVE)),
+    (900, AGGRESSIVE),
+)
+"""Digits and step rule to try in turn: the longest arithmetic is for entries that span all of float64."""
+
+TIGHT = Fraction(1, 10**25)
+"""Relative width of F* that ends the search: far below anything that float64 certificates resolve."""
+
+STRICT = Fraction(1, 10**15)
+"""A proved zero needs |v_j| < lambda2; within this share of lambda2 the proof is contradicted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """lower <= F* <= upper, proved exactly, and the dual point behind it.
+
+    Attributes
+    ----------
+    value : Enclosure
+    w : Fractions (n,)
+        The primal point with F <= upper.
+    views : Fractions (n,)
+        |X a - b|_j at the dual point, to be compared with lambda2.
+    modalities : tuple of Enclosure
+        ||X_i' b|| at the dual point, to be compared with lambda3.
+    """
+
+    value: Enclosure
+    w: Rationals
+    views: Rationals
+    modalities: tuple[Enclosure, ...]
+
+    @property
+    def relative_width(self) -> Fraction:
+        """(upper - lower) / upper; 0 where both are 0."""
+        return self.value.width / self.value.upper if self.value.upper else Fraction(0)
+
+    @property
+    def tight(self) -> bool:
+        """Whether the enclosure is as narrow as `TIGHT`."""
+        return self.relative_width <= TIGHT
+
+
+def optimum(problem: Problem) -> Optimum:
+    """Enclose F* by the referee's own method: exactly for least squares, else from an interior point.
+
+    Parameters
+    ----------
+    problem : Problem
+
+    Returns
+    -------
+    Optimum
+        Its bounds hold whatever happened on the way; `relative_width` says how tight they are.
+    """
+    reduced = Reduced.of(problem)
+    lambda1, lambda2, lambda3 = (Fraction(x) for x in problem.lambdas)
+    if reduced.target == 0:
+        return _bounds(reduced, problem, _central(np.array([Fraction(0)] * problem.n)), None)
+    if lambda1 and lambda3:
+        quadratic = Quadratic(reduced.G, reduced.c, reduced.target, reduced.K, lambda1, lambda2, lambda3)
+        return _tightest(reduced, problem, quadratic, None)
+    P = _null_projector(reduced.G) if lambda1 else None
+    H = reduced.G if P is None else reduced.G + lambda1 * P
+    if lambda2 == 0:
+        return _bounds(reduced, problem, _central(_solve(reduced.G, reduced.c)), None)
+    return _tightest(
+        reduced, problem, Quadratic(H, reduced.c, reduced.target, (), lambda1, lambda2, lambda3), P
+    )
+
+
+def _tightest(reduced: Reduced, problem: Problem, quadratic: Quadratic, P: Rationals | None) -> Optimum:
+    best = _bounds(reduced, problem, _central(np.array([Fraction(0)] * problem.n)), P)
+    for digits, rule in ATTEMPTS:
+        if best.tight:
+            break
+        found = _bounds(reduced, problem, follow(quadratic, digits, rule), P)
+        best = min(best, found, key=lambda each: each.value.width)
+    return best
+
+
+def _central(w: Rationals) -> Central:
+    none = np.array([], dtype=object)
+    return Central(w, none, none)
+
+
+def _bounds(reduced: Reduced, problem: Problem, point: Central, P: Rationals | None) -> Optimum:
+    """Evaluate both sides exactly at one point.
+
+    The dual point is s (a, b) with a = 2(X'w - o); b is the point's own, X a where lambda2 = 0 (then
+    v = 0), -2 lambda1 P w where lambda3 = 0 (P projects on the null space of X'), or 0.
+    """
+    lambda1, lambda2, lambda3 = (Fraction(x) for x in problem.lambdas)
+    w, zero = point.w, np.array([Fraction(0)] * problem.n)
+    Gw = times(reduced.G, w)
+    Xa = 2 * (Gw - reduced.c)
+    pull = tuple(times(K, point.b) for K in reduced.K) if point.b.size else ()
+    upper = _primal(reduced, problem, point, (Gw, pull), P)
+    b = zero
+    if lambda1 and lambda3:
+        b = Xa if lambda2 == 0 else (point.b if point.b.size else zero)
+    elif lambda1 and P is not None:
+        b = -2 * lambda1 * times(P, w)
+    views = np.array([abs(x) for x in Xa - b], dtype=object)
+    norms = [square_root(dot(b, times(K, b))) for K in reduced.K] if lambda1 and lambda3 and any(b) else []
+    linear = 2 * (reduced.target - dot(reduced.c, w))
+    square = (
+        dot(w, Gw) - 2 * dot(reduced.c, w) + reduced.target + (dot(b, b) / (4 * lambda1) if lambda1 else 0)
+    )
+    limits = [lambda2 / x for x in views if x] + [lambda3 / x.upper for x in norms if x.upper]
+    s = min([linear / (2 * square) if square else Fraction(1), *limits])
+    lower = max(Fraction(0), s * linear - s * s * square) if s > 0 else Fraction(0)
+    modalities = tuple(Enclosure(s * x.lower, s * x.upper) for x in norms)
+    return Optimum(Enclosure(lower, upper), w, s * views, modalities)
+
+
+def _primal(
+    reduced: Reduced,
+    problem: Problem,
+    point: Central,
+    products: tuple[Rationals, tuple[Rationals, ...]],
+    P: Rationals | None,
+) -> Fraction:
+    """An upper bound of min_u F(w, u), exactly: u^i = -rho_i X_i'b, or Xu = w as far as it goes, or u = 0."""
+    lambda1, lambda2, lambda3 = (Fraction(x) for x in problem.lambdas)
+    w, (Gw, pull) = point.w, products
+    value = (
+        dot(w, Gw) - 2 * dot(reduced.c, w) + reduced.target + lambda2 * sum((abs(x) for x in w), Fraction(0))
+    )
+    if not (lambda1 and lambda3):
+        return value + (lambda1 * dot(w, times(P, w)) if P is not None else 0)
+    Xu = np.array([Fraction(0)] * problem.n)
+    for rho, Kb in zip(point.rho, pull, strict=True) if pull else ():
+        Xu = Xu - rho * Kb
+        value += lambda3 * abs(rho) * square_root(dot(point.b, Kb)).upper
+    q = Xu - w
+    return min(value + lambda1 * dot(q, q), reduced.target)
+
+
+def _eliminated(A: Rationals) -> tuple[Rationals, list[int]]:
+    """Reduced row echelon form over the rationals, and its pivot columns."""
+    work = A.copy()
+    pivots: list[int] = []
+    for column in range(A.shape[1]):
+        row = next((i for i in range(len(pivots), A.shape[0]) if work[i, column]), None)
+        if row is None:
+            continue
+        top = len(pivots)
+        work[[top, row]] = work[[row, top]]
+        work[top] = work[top] / work[top, column]
+        for i in range(A.shape[0]):
+            if i != top and work[i, column]:
+                work[i] = work[i] - work[i, column] * work[top]
+        pivots.append(column)
+    return work, pivots
+
+
+def _solve(G: Rationals, c: Rationals) -> Rationals:
+    """Return one w with G w = c exactly (c lies in the range of G)."""
+    form, pivots = _eliminated(np.concatenate([G, c[:, None]], axis=1))
+    w = np.array([Fraction(0)] * len(c))
+    for row, column in enumerate(pivots):
+        w[column] = form[row, -1]
+    return w
+
+
+def _null_projector(G: Rationals) -> Rationals | None:
+    """Return the orthogonal projector on {b : G b = 0}, or None where that is {0}."""
+    n = len(G)
+    form, pivots = _eliminated(G)
+    free = [j for j in range(n) if j not in pivots]
+    if not free:
+        return None
+    N = np.array([[Fraction(0)] * len(free) for _ in range(n)])
+    for k, j in enumerate(free):
+        N[j, k] = Fraction(1)
+        for row, column in enumerate(pivots):
+            N[column, k] = -form[row, j]
+    gram = N.T @ N
+    inverse, _ = _eliminated(np.concatenate([gram, np.diag([Fraction(1)] * len(free))], axis=1))
+    return np.asarray(N @ inverse[:, len(free) :] @ N.T)
+
+
+def violations(
+    problem: Problem, w: np.ndarray, u: np.ndarray, certificate: Certificate, truth: Optimum
+) -> list[str]:
+    """Compare every statement of a certificate with the truth; each entry names one that is false.
+
+    Parameters
+    ----------
+    problem : Problem
+    w, u : float64 (n,), (d,)
+        The point that was judged.
+    certificate : Certificate
+    truth : Optimum
+
+    Returns
+    -------
+    list of str
+        Empty if nothing is contradicted.
+    """
+    found = []
+    low, high = truth.value.lower, truth.value.upper
+    if not _at_most(certificate.lower, high):
+        found.append(f"lower {certificate.lower!r} > F* {float(high)!r}")
+    if not _at_least(certificate.upper, low):
+        found.append(f"upper {certificate.upper!r} < F* {float(low)!r}")
+    if np.isfinite(w).all() and np.isfinite(u).all():
+        found += _false_of_the_point(objective(problem, w, u), certificate, truth)
+    lambda2, lambda3 = Fraction(problem.lambda2), Fraction(problem.lambda3)
+    for j in np.flatnonzero(certificate.zero_views):
+        if truth.tight and truth.views[j] >= lambda2 * (1 - STRICT):
+            found.append(f"w*_{j} = 0 is not so: |v_j| = lambda2, w_j = {float(truth.w[j])!r}")
+    for i in np.flatnonzero(certificate.zero_modalities):
+        if truth.tight and truth.modalities and truth.modalities[i].lower >= lambda3 * (1 - STRICT):
+            found.append(f"u*^{i} = 0 is not so: ||X_i'b|| = lambda3")
+    return found
+
+
+def _false_of_the_point(value: Enclosure, certificate: Certificate, truth: Optimum) -> list[str]:
+    found = []
+    low, high = certificate.objective
+    if not (_at_most(low, value.upper) and _at_least(high, value.lower)):
+        found.append(f"objective {certificate.objective} misses F(w, u)")
+    gap = value.lower - truth.value.upper
+    if not _at_least(certificate.gap, gap):
+        found.append(f"gap {certificate.gap!r} < F(w, u) - F*")
+    if gap > 0 and not _at_least(
+        certificate.relative_gap, gap / truth.value.upper if truth.value.upper else None
+    ):
+        found.append(f"relative gap {certificate.relative_gap!r} is too small")
+    if certificate.certified and gap > 0 and not _within(gap, certificate, truth):
+        found.append("certified, but beyond both tolerances")
+    return found
+
+
+def _within(gap: Fraction, certificate: Certificate, truth: Optimum) -> bool:
+    relative = Fraction(certificate.relative_tolerance) * truth.value.upper
+    return gap <= relative or certificate.share_of_target <= certificate.absolute_tolerance
+
+
+def _at_most(number: float, bound: Fraction) -> bool:
+    return number == -np.inf or (bool(np.isfinite(number)) and Fraction(number) <= bound)
+
+
+def _at_least(number: float, bound: Fraction | None) -> bool:
+    if bound is None:
+        return number == np.inf
+    return number == np.inf or (bool(np.isfinite(number)) and Fraction(number) >= bound)

@@ -1,0 +1,116 @@
+"""Where the method goes wrong: counts under each reading, and what all readings together say."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from verification.experiments.design import BOTH, SETTINGS
+from verification.experiments.measure.claims import Measured
+from verification.experiments.measure.multiverse import level_name
+from verification.experiments.measure.numbers import rounded
+from verification.experiments.measure.readings import FACTORS
+from verification.experiments.measure.trials import WRONG, Known
+from verification.experiments.measure.weights import followed
+
+Entry = Mapping[str, Any]
+
+
+def limits(measured: Measured, known: Known, explained: float) -> dict[str, Any]:
+    """Counts of one reading.
+
+    Parameters
+    ----------
+    measured : Measured
+    known : Known
+    explained : float
+        Score of all views with both norms, decided by the explained fraction.
+
+    Returns
+    -------
+    dict
+        "wrong" and "shortest": wrong labels of each setting, and how many of them are the reference of the
+        smallest length, None where all are equally long; "explained"; "visible": mean Kendall's tau-b of |w|
+        and the visible share over the scenes where it is defined, None without any; "grid open": share of
+        trials without a proved label on the grid; "confusion": labels by object, all views and both norms.
+    """
+    settings = measured.trials.settings
+    wrong = settings.kinds == WRONG
+    shortest = wrong & (settings.labels == known.shortest)
+    counts = shortest.sum(axis=(0, 2, 3)).tolist()
+    return {
+        "wrong": wrong.sum(axis=(0, 2, 3)).tolist(),
+        "shortest": None if known.shortest is None else counts,
+        "explained": rounded(explained),
+        "visible": followed(measured.layout, measured.weights.w),
+        "grid open": rounded(measured.trials.grid.open.mean(axis=(0, 3))),
+        "confusion": _confusion(measured),
+    }
+
+
+def _confusion(measured: Measured) -> dict[str, Any]:
+    """Rows: the object; columns: the label; what is open is counted apart."""
+    layout = measured.layout
+    labels = measured.trials.settings.labels[:, SETTINGS.index(BOTH), -1, 0]
+    truths = np.array([layout.truth(scene) for scene in layout.scenes])
+    counts = np.zeros((len(layout.objects), len(layout.objects)), dtype=int)
+    proved = labels >= 0
+    np.add.at(counts, (truths[proved], labels[proved]), 1)
+    missing = np.bincount(truths[~proved], minlength=len(layout.objects))
+    return {"objects": list(layout.objects), "counts": counts.tolist(), "open": missing.tolist()}
+
+
+def summary(readings: Sequence[Entry], found: Sequence[Entry]) -> dict[str, Any]:
+    """What all readings together say.
+
+    Parameters
+    ----------
+    readings : sequence of mapping
+        As the record has them; the default first.
+    found : sequence of mapping
+        What `limits` gave for each.
+    """
+    both = SETTINGS.index(BOTH)
+    return {
+        "shortest": _shortest(readings, found, both),
+        "objective": _by_level("normalisation", readings, lambda k: readings[k]["accuracy"][both][-1]),
+        "explained": _by_level("normalisation", readings, lambda k: found[k]["explained"]),
+        "visible": _by_level("lambda1", readings, lambda k: found[k]["visible"])
+        | {"default": found[0]["visible"]},
+        "accuracy": {
+            factor: _by_level(factor, readings, lambda k: np.mean(readings[k]["accuracy"][both]))
+            for factor in FACTORS
+        },
+        "open": {
+            factor: _by_level(factor, readings, lambda k: np.mean(readings[k]["open"][both]))
+            for factor in FACTORS
+        },
+        "settings": rounded(np.mean([each["accuracy"] for each in readings], axis=(0, 2))),
+        "settings_open": rounded(np.mean([each["open"] for each in readings], axis=(0, 2))),
+        "grid": rounded(np.mean([each["grid"] for each in readings], axis=0)),
+        "grid_open": rounded(np.mean([each["grid open"] for each in found], axis=0)),
+        "confusion": found[0]["confusion"],
+    }
+
+
+def _shortest(readings: Sequence[Entry], found: Sequence[Entry], setting: int) -> dict[str, dict[str, int]]:
+    """Wrong labels where references differ in length, and those that are the shortest, by normalisation."""
+    counts: dict[str, dict[str, int]] = {}
+    for reading, each in zip(readings, found, strict=True):
+        if each["shortest"] is not None:
+            kept = counts.setdefault(reading["levels"]["normalisation"], {"wrong": 0, "shortest": 0})
+            for name in kept:
+                kept[name] += each[name][setting]
+    return counts
+
+
+def _by_level(
+    factor: str, readings: Sequence[Entry], value: Callable[[int], float | None]
+) -> dict[str, float]:
+    """Mean over the readings of each level that has been tried."""
+    found: dict[str, list[float]] = {}
+    for k, reading in enumerate(readings):
+        measured = value(k)
+        if measured is not None:
+            found.setdefault(level_name(reading["levels"][factor]), []).append(measured)
+    return {level: rounded(np.mean(values)) for level, values in found.items()}

@@ -1,0 +1,1 @@
+"""The record of the experiments: made, written, and read back."""

@@ -1,0 +1,245 @@
+"""A record of the experiments, read back: whole, of the ledger's parts, and judged by the ledger's rules.
+
+`python -m verification experiments` writes it as experiments.json. Nothing of it is measured here; whatever
+the verdicts rest on is counted again.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from convexperc.errors import FileFormatError
+from verification.experiments.record.contact_sheets import read_sheets
+from verification.ledger.claims import PARTS, PROTOCOL
+from verification.ledger.rules import Reading, Rule
+from verification.ledger.survey import Comparison, Survey
+from verification.ledger.surveyed import COMMAND, DECIDING, verdict
+from verification.provenance import record_digest
+
+FORMAT = 1
+PACKAGED = Path(__file__).with_name("record.json")
+"""The record that comes with the verifier."""
+SHEETS = "sheets"
+"""Folder beside a record."""
+SETS = (DECIDING, "photographs")
+FULL = 128
+"""Readings of a whole record."""
+ROUNDING = 1e-5
+"""Relative: the record's numbers have six digits, so that a bound at the line may lie on its other side."""
+
+Record = Mapping[str, Any]
+Counts = tuple[int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Experiments:
+    """What a record says.
+
+    Attributes
+    ----------
+    content : mapping
+        The record without what may differ between two runs of one seed.
+    surveys : tuple of Survey
+        By set and part.
+    command : str
+        What makes it again.
+    sheets : mapping of str to bytes
+        Contact sheets, JPEG by name; see `verification.experiments.record.contact_sheets`.
+    """
+
+    content: Record
+    surveys: tuple[Survey, ...]
+    command: str
+    sheets: Mapping[str, bytes] = field(default_factory=dict)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the content."""
+        return str(self.content["digest"])
+
+
+def read_experiments(path: Path, with_sheets: bool = True) -> Experiments:
+    """Read a record and check all that a verdict rests on.
+
+    Parameters
+    ----------
+    path : Path
+    with_sheets : bool
+        Also read the contact sheets beside it, if there are some.
+
+    Raises
+    ------
+    FileFormatError
+        It cannot be read, was changed after it was written, follows other rules than the ledger's, or its
+        verdicts do not follow from its readings; or the sheets beside it belong to another record.
+    """
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as problem:
+        raise FileFormatError(path.name, value=problem.strerror, must="must be readable") from None
+    except ValueError as problem:
+        raise FileFormatError(path.name, value=str(problem), must="must be JSON in UTF-8") from None
+    try:
+        found = checked(data, path.name)
+        sheets = read_sheets(path.parent / SHEETS, found.digest) if with_sheets else {}
+        return replace(found, sheets=sheets)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as problem:
+        if isinstance(problem, FileFormatError):
+            raise
+        told = f"{type(problem).__name__}: {problem}"
+        must = "must be a record of the experiments"
+        raise FileFormatError(path.name, value=told, must=must, remedy=f"Make it by `{COMMAND}`.") from None
+
+
+def packaged() -> Experiments | None:
+    """The record that comes with the verifier; None if it comes without."""
+    return read_experiments(PACKAGED) if PACKAGED.is_file() else None
+
+
+def level_name(level: object) -> str:
+    """A level of a factor as the key of a table."""
+    return f"{level:g}" if isinstance(level, (int, float)) else str(level)
+
+
+def checked(data: Record, name: str) -> Experiments:
+    """Check a record that was read from a file of this name; see `read_experiments`."""
+    _equal(f"format of {name}", data["format"], FORMAT, f"Make the record anew by `{COMMAND}`.")
+    remedy = f"The file was changed after it was written: make it again by `{COMMAND}`."
+    _equal(f"digest of {name}", data["digest"], record_digest(data), remedy)
+    for key in ("resamples", "confidence"):
+        _equal(f"{key} of {name}", data["design"][key], getattr(PROTOCOL, key), "The ledger fixes it.")
+    names = [each["name"] for each in data["sets"]]
+    if not names or len(set(names)) < len(names) or set(names) - set(SETS):
+        raise FileFormatError(
+            f"sets of {name}", value=names, must=f"must be among {', '.join(SETS)}, once each"
+        )
+    command = _command(data)
+    surveys = tuple(survey for each in data["sets"] for survey in _surveys(each, data, command))
+    content = {key: value for key, value in data.items() if key != "volatile"}
+    return Experiments(content, surveys, command)
+
+
+def _command(data: Record) -> str:
+    """What makes the record again, as far as it does not depend on places of files."""
+    words = [COMMAND]
+    if data["design"]["seed"]:
+        words.append(f"--seed {data['design']['seed']}")
+    fewest = min(len(each["readings"]) for each in data["sets"])
+    if fewest < FULL:
+        words.append(f"--readings {fewest}")
+    if any(each["name"] != DECIDING for each in data["sets"]):
+        words.append("--photos DIR")
+    return " ".join(words)
+
+
+def _surveys(pictures: Record, data: Record, command: str) -> Iterator[Survey]:
+    """Count the readings of each part, and see that the record's own counts and verdicts are the same."""
+    factors = data["design"]["factors"]
+    default = _default(pictures, factors)
+    for part, told in pictures["claims"].items():
+        where = f"{part} on {pictures['name']}"
+        rule = _rule(part, where)
+        outcomes = {each["id"]: _outcome(each["claims"][part], rule, where) for each in pictures["readings"]}
+        holds, refuted, open_ = _counts(list(outcomes.values()))
+        levels = _levels(pictures["readings"], outcomes, factors)
+        first = Comparison(
+            outcome=outcomes[default["id"]],
+            name=default["claims"][part]["comparison"],
+            **{
+                key: default["claims"][part][key]
+                for key in ("statistic", "lower", "upper", "units", "left_out")
+            },
+        )
+        survey = Survey(
+            part,
+            pictures["name"],
+            holds,
+            refuted,
+            open_,
+            first,
+            levels,
+            data["digest"],
+            pictures["digest"],
+            command,
+        )
+        own = [told["holds"], told["refuted"], told["inconclusive"], told["readings"]]
+        _equal(f"counts of {where}", own, [holds, refuted, open_, survey.readings], RECOUNT)
+        _equal(f"verdict of {where}", told["verdict"], verdict(survey).value, RECOUNT)
+        yield survey
+
+
+RECOUNT = "The record must follow from its own readings by the rules of the ledger: make it again."
+
+
+def _rule(part: str, where: str) -> Rule:
+    found = PARTS.get(part)
+    if found is None or found.rule is None:
+        known = ", ".join(key for key, each in PARTS.items() if each.rule is not None)
+        raise FileFormatError(where, value=part, must=f"must be a part of the ledger with a rule: {known}")
+    return found.rule
+
+
+def _default(pictures: Record, factors: Record) -> Record:
+    """The library's own reading: the first level of each factor."""
+    first = {name: levels[0] for name, levels in factors.items()}
+    found: list[Record] = [each for each in pictures["readings"] if each["levels"] == first]
+    ids = [each["id"] for each in pictures["readings"]]
+    if len(found) != 1 or len(set(ids)) < len(ids):
+        must = "must be there once, with the first level of each factor, and every id once"
+        raise FileFormatError(f"default reading of {pictures['name']}", value=len(found), must=must)
+    for each in pictures["readings"]:
+        if set(each["claims"]) != set(pictures["claims"]):
+            odd = sorted(set(each["claims"]) ^ set(pictures["claims"]))
+            must = "must judge the parts that the set judges"
+            raise FileFormatError(f"reading {each['id']} of {pictures['name']}", value=odd, must=must)
+    return found[0]
+
+
+def _outcome(found: Record, rule: Rule, where: str) -> Reading:
+    """The outcome of a reading, which must follow from its deciding comparison."""
+    _equal(f"comparisons of {where}", found["comparisons"], rule.comparisons, "The ledger fixes it.")
+    outcome = Reading(found["outcome"])
+    if found["units"] == 0:
+        _equal(f"outcome of {where} without a scene", outcome, Reading.INCONCLUSIVE, RECOUNT)
+        return outcome
+    lower, upper = float(found["lower"]), float(found["upper"])
+    line = rule.smallest_effect
+    near = {rule.outcome(lower, upper)}
+    if abs(upper - line) <= ROUNDING * line:
+        near |= {rule.outcome(lower, line), Reading.REFUTED}
+    if outcome not in near or not lower <= upper:
+        told = f"{outcome} at [{lower:g}, {upper:g}]"
+        raise FileFormatError(
+            f"outcome of {where}", value=told, must="must follow from its bounds", remedy=RECOUNT
+        )
+    return outcome
+
+
+def _counts(outcomes: list[Reading]) -> Counts:
+    return (
+        outcomes.count(Reading.HOLDS),
+        outcomes.count(Reading.REFUTED),
+        outcomes.count(Reading.INCONCLUSIVE),
+    )
+
+
+def _levels(
+    readings: list[Record], outcomes: Mapping[str, Reading], factors: Record
+) -> dict[str, dict[str, Counts]]:
+    """Readings by outcome, for each level of each factor."""
+    return {
+        factor: {
+            level_name(level): _counts(
+                [outcomes[each["id"]] for each in readings if each["levels"][factor] == level]
+            )
+            for level in levels
+        }
+        for factor, levels in factors.items()
+    }
+
+
+def _equal(name: str, value: object, expected: object, remedy: str) -> None:
+    if value != expected:
+        raise FileFormatError(name, value=value, must=f"must be {expected!r}", remedy=remedy)

@@ -1,0 +1,74 @@
+"""The record of a run: what was tried, every reading, the counts over all, and a digest of it all."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from convexperc.files import json_bytes, write_atomic
+from verification.experiments.design import Design
+from verification.experiments.measure.claims import CLAIMS
+from verification.experiments.measure.limits import summary
+from verification.experiments.measure.multiverse import survey
+from verification.experiments.measure.readings import FACTORS
+from verification.experiments.record.collection import Collection
+from verification.provenance import digest, machine, versions
+
+FORMAT = 1
+NAME = "experiments.json"
+SCHEMA = Path(__file__).with_name("record.schema.json")
+
+
+def record(
+    collections: Sequence[Collection],
+    measured: Mapping[str, Sequence[Mapping[str, Any]]],
+    ranked: Mapping[str, Sequence[Mapping[str, Any]]],
+    design: Design,
+    volatile: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Join everything.
+
+    Parameters
+    ----------
+    collections : sequence of Collection
+    measured : mapping of str to sequence of mapping
+        By the collection's name: what `evaluate` gave for each reading, the default first.
+    ranked : mapping of str to sequence of mapping
+        By the collection's name: its `rankings`.
+    design : Design
+    volatile : mapping
+        What may differ between two runs of the same seed; it is not part of the digest.
+    """
+    factors = {name: list(levels) for name, levels in FACTORS.items()}
+    data = {
+        "format": FORMAT,
+        "design": design.as_json() | {"factors": factors},
+        "sets": [_set(each, measured[each.name], ranked[each.name]) for each in collections],
+    }
+    environment = {"machine": machine(), "versions": versions()}
+    return data | {"digest": digest(data), "volatile": dict(volatile) | {"environment": environment}}
+
+
+def write_record(folder: Path, data: Mapping[str, Any]) -> Path:
+    """Write ``experiments.json`` into a folder that is there; keys are sorted."""
+    place = folder / NAME
+    write_atomic(place, json_bytes(_sorted(data)))
+    return place
+
+
+def _set(
+    collection: Collection, measured: Sequence[Mapping[str, Any]], ranked: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
+    readings = [each["reading"] for each in measured]
+    return dict(collection.as_json()) | {
+        "claims": {part: survey(readings, part) for part in CLAIMS},
+        "readings": readings,
+        "default": measured[0]["default"],
+        "rankings": list(ranked),
+        "limits": summary(readings, [each["limits"] for each in measured]),
+    }
+
+
+def _sorted(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _sorted(value[name]) for name in sorted(value)}
+    return [_sorted(each) for each in value] if isinstance(value, list) else value

@@ -1,0 +1,143 @@
+"""The ledger of claims, read from `ledger.toml`: their places, their formal parts, and how each is judged.
+
+A part is one formal reading. Its role says what it means for the claim: ``stated`` is the claim as the paper
+has it, ``reading`` another way to read it, ``repair`` the nearest true form. The verdict of a claim is that
+of its stated parts. Nothing here computes.
+"""
+
+import tomllib
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib.resources import files
+from typing import Any
+
+from verification.ledger.rules import Protocol, Rule
+
+
+class Role(StrEnum):
+    """What a part means for its claim."""
+
+    STATED = "stated"
+    READING = "reading"
+    REPAIR = "repair"
+
+
+class Subject(StrEnum):
+    """What a claim is about."""
+
+    FORMULATION = "the formulation"
+    ALGORITHM = "the algorithm and its theorem"
+    EXPERIMENTS = "the experiments"
+    SOLVERS = "other solvers"
+    LIBRARY = "this library"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One formal reading of a claim.
+
+    Attributes
+    ----------
+    key : str
+        The claim's id, a slash, and a name.
+    role : Role
+    statement : str
+        Formal, in the paper's symbols, plain text.
+    tolerance : str
+        What counts as equal and why; empty where the judgement is exact.
+    measure : str
+        What `Count.worst` measures; empty where nothing is counted.
+    rule : Rule or None
+        What the experiments compare, where the part is about them.
+    """
+
+    key: str
+    role: Role
+    statement: str
+    tolerance: str = ""
+    measure: str = ""
+    rule: Rule | None = None
+
+    @property
+    def claim(self) -> str:
+        """The id of its claim."""
+        return self.key.split("/")[0]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One claim.
+
+    Attributes
+    ----------
+    id : str
+    place : str
+        Where in the paper; "ours" for claims of this project.
+    subject : Subject
+    statement : str
+        In our words.
+    method : str
+        How it is judged.
+    parts : tuple of Part
+    repaired_by : tuple of str
+        Keys of parts of other claims that belong to its nearest true form, besides its own repairs.
+    """
+
+    id: str
+    place: str
+    subject: Subject
+    statement: str
+    method: str
+    parts: tuple[Part, ...]
+    repaired_by: tuple[str, ...] = ()
+
+    @property
+    def surveyed(self) -> bool:
+        """Whether it is about the experiments."""
+        return any(part.rule is not None for part in self.parts)
+
+
+READINGS = ("printed", "absolute", "corrected", "appendix_half", "appendix_full", "smoothed")
+"""The readings of the update, as `convexperc.solvers.paper.variants` names them."""
+ORDERS = ("gauss_seidel", "jacobi")
+"""Which w the update of u sees, as `convexperc.solvers.paper.variants` names it."""
+
+
+def _claim(data: dict[str, Any]) -> Claim:
+    parts = [_part(data["id"], each) for each in data.pop("part", [])]
+    if "by_reading" in data:
+        parts += _by_reading(data["id"], data.pop("by_reading"))
+    repaired_by = tuple(data.get("repaired_by", ()))
+    named = {"subject": Subject(data["subject"]), "parts": tuple(parts), "repaired_by": repaired_by}
+    return Claim(**data | named)
+
+
+def _part(claim: str, data: dict[str, Any]) -> Part:
+    name, role = data.pop("name"), Role(data.pop("role"))
+    rule = Rule(**data.pop("rule")) if "rule" in data else None
+    return Part(f"{claim}/{name}", role, rule=rule, **data)
+
+
+def _by_reading(claim: str, data: dict[str, Any]) -> list[Part]:
+    """One part for each reading in each order."""
+    parts = []
+    for reading in READINGS:
+        for order in ORDERS:
+            role = Role.STATED if (reading, order) == ("printed", "gauss_seidel") else Role.READING
+            statement = data["statement"].format(reading=reading, order=order_in_words(order))
+            parts.append(Part(f"{claim}/{reading}/{order}", role, **data | {"statement": statement}))
+    return parts
+
+
+def order_in_words(order: str) -> str:
+    """Gauss-Seidel or Jacobi."""
+    return order.replace("_", "-").title()
+
+
+_LEDGER: dict[str, Any] = tomllib.loads(
+    files("verification.ledger").joinpath("ledger.toml").read_text(encoding="utf-8")
+)
+CLAIMS: dict[str, Claim] = {data["id"]: _claim(data) for data in _LEDGER["claim"]}
+PARTS: dict[str, Part] = {part.key: part for claim in CLAIMS.values() for part in claim.parts}
+PROTOCOL = Protocol(**_LEDGER["protocol"])
+"""How the claims about the experiments are judged."""

@@ -1,0 +1,253 @@
+"""What is known about a claim: counts, checked arguments, exact counterexamples, surveys, the verdict.
+
+Everything here is plain data that is written to JSON and read back; nothing computes.
+"""
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from verification.ledger.survey import Survey
+
+
+class Verdict(StrEnum):
+    """What the evidence says of a part of a claim, or of the whole claim.
+
+    ``holds``: proved, each step checked by a machine; ``holds under``: proved, on a condition that is named;
+    ``supported``: tried on the stated number of cases, none against; ``refuted``: a counterexample is stored
+    and was confirmed in exact arithmetic; ``inconclusive``: none of these; ``not testable here``.
+
+    Of the experiments, ``supported``, ``refuted`` and ``inconclusive`` follow from the rule in
+    `verification.ledger.rules`: what the readings of a stored record say.
+    """
+
+    HOLDS = "holds"
+    HOLDS_UNDER = "holds under"
+    SUPPORTED = "supported"
+    REFUTED = "refuted"
+    INCONCLUSIVE = "inconclusive"
+    NOT_TESTABLE = "not testable here"
+
+
+class Outcome(StrEnum):
+    """What one case says of a part of a claim.
+
+    ``undecided``: the case does not tell, for example a loop that met its limit of iterations; ``skipped``:
+    the part says nothing about this case.
+    """
+
+    HELD = "held"
+    FAILED = "failed"
+    UNDECIDED = "undecided"
+    SKIPPED = "skipped"
+
+
+class Checker(StrEnum):
+    """What verified a step of an argument.
+
+    ``identity``: two polynomials with rational coefficients, expanded, are equal; ``z3``: the negation is
+    unsatisfiable over the reals; ``exact``: a statement about given rational numbers, evaluated; ``cited``:
+    a theorem of the literature, with its source - the machine checks nothing.
+    """
+
+    IDENTITY = "exact identity"
+    Z3 = "z3"
+    EXACT = "exact arithmetic"
+    CITED = "cited theorem"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of an argument.
+
+    Attributes
+    ----------
+    statement : str
+        In the notation of the paper, plain text.
+    checker : Checker
+    passed : bool
+        Whether the checker accepted it; always True for ``cited``.
+    source : str
+        The reference of a cited theorem, else what the machine was given.
+    """
+
+    statement: str
+    checker: Checker
+    passed: bool
+    source: str
+
+
+@dataclass(frozen=True)
+class Argument:
+    """A proof of one part of a claim, step by step.
+
+    Attributes
+    ----------
+    part : str
+        Which part it proves: a key of `verification.ledger.claims.PARTS`.
+    conclusion : str
+    condition : str
+        Where the conclusion holds, if not everywhere that the part speaks of; else empty.
+    steps : tuple of Step
+    """
+
+    part: str
+    conclusion: str
+    condition: str
+    steps: tuple[Step, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every step was accepted, and a machine accepted at least one."""
+        checked = any(step.checker is not Checker.CITED for step in self.steps)
+        return checked and all(step.passed for step in self.steps)
+
+
+@dataclass
+class Count:
+    """Cases of one family tried on one part.
+
+    Attributes
+    ----------
+    part, family : str
+    held, failed, undecided, skipped : int
+    worst : float
+        Largest measure of a case; what it measures is said by the part.
+    """
+
+    part: str
+    family: str
+    held: int = 0
+    failed: int = 0
+    undecided: int = 0
+    skipped: int = 0
+    worst: float = 0.0
+
+    @property
+    def total(self) -> int:
+        """Cases of any outcome."""
+        return self.held + self.failed + self.undecided + self.skipped
+
+    def add(self, other: "Count") -> None:
+        """Add the counts of the same part and family."""
+        self.held += other.held
+        self.failed += other.failed
+        self.undecided += other.undecided
+        self.skipped += other.skipped
+        self.worst = max(self.worst, other.worst)
+
+
+@dataclass(frozen=True)
+class Refutation:
+    """A counterexample that was confirmed in exact arithmetic in this run, or is stale.
+
+    Attributes
+    ----------
+    id : str
+        Of the record.
+    part : str
+    confirmed : bool
+        False: the record no longer fails.
+    finding : str
+        The exact numbers, in one line.
+    size : str
+        How small it is, for example "n = d = 1, entries up to 4".
+    origin : str
+        "catalogue", or the search that found it.
+    given : str
+        The problem, the point and the update, in exact numbers where they are short.
+    """
+
+    id: str
+    part: str
+    confirmed: bool
+    finding: str
+    size: str
+    origin: str
+    given: str = ""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """The verdict on a part or on a whole claim.
+
+    Attributes
+    ----------
+    verdict : Verdict
+    reason : str
+        From which evidence it follows, in one line.
+    condition : str
+        For ``holds under``.
+    """
+
+    verdict: Verdict
+    reason: str
+    condition: str = ""
+
+
+@dataclass
+class Evidence:
+    """Everything that a run found.
+
+    Attributes
+    ----------
+    settings : dict
+        Profile, seed and budgets: all that the outcome depends on, besides the versions.
+    counts : list of Count
+    arguments : list of Argument
+    refutations : list of Refutation
+    surveys : list of Survey
+        Read from a record of the experiments; not found by this run.
+    series : dict of str to JSON data
+        Numbers for the plots, by name; deterministic.
+    missing : list of str
+        What a run of this profile must have done and did not: families not reached, checks that broke.
+    volatile : dict of str to JSON data
+        Times, the machine, the date: what may differ between two runs of one seed.
+    """
+
+    settings: dict[str, Any] = field(default_factory=dict)
+    counts: list[Count] = field(default_factory=list)
+    arguments: list[Argument] = field(default_factory=list)
+    refutations: list[Refutation] = field(default_factory=list)
+    surveys: list[Survey] = field(default_factory=list)
+    series: dict[str, Any] = field(default_factory=dict)
+    missing: list[str] = field(default_factory=list)
+    volatile: dict[str, Any] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> "Evidence":
+        """Read back what `as_json` wrote."""
+        return cls(
+            settings=data["settings"],
+            counts=[Count(**each) for each in data["counts"]],
+            arguments=[_argument(each) for each in data["arguments"]],
+            refutations=[Refutation(**each) for each in data["refutations"]],
+            surveys=[Survey.from_json(each) for each in data.get("surveys", [])],
+            series=data["series"],
+            missing=data["missing"],
+            volatile=data["volatile"],
+        )
+
+    def of_part(self, part: str) -> list[Count]:
+        """The counts of one part, by family."""
+        return [count for count in self.counts if count.part == part]
+
+
+def _argument(data: dict[str, Any]) -> Argument:
+    steps = tuple(Step(**each | {"checker": Checker(each["checker"])}) for each in data["steps"])
+    return Argument(data["part"], data["conclusion"], data["condition"], steps)
+
+
+def summed(counts: Iterable[Count], part: str) -> Count:
+    """Add up the counts of one part over its families."""
+    total = Count(part, "all")
+    for count in counts:
+        if count.part == part:
+            total.add(count)
+    return total

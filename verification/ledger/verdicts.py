@@ -1,0 +1,200 @@
+"""The rule that turns evidence into verdicts: for each part, and for each claim over its stated parts.
+
+Deterministic, and cautious on purpose: a failure refutes only when it was confirmed in exact arithmetic, a
+part holds only when an argument passed step by step, and cases alone never do more than support.
+"""
+
+from collections.abc import Mapping
+
+from convexperc.errors import ConvexpercError
+from verification.ledger.claims import CLAIMS, PARTS, Claim, Part, Role
+from verification.ledger.evidence import (
+    Argument,
+    Checker,
+    Count,
+    Evidence,
+    Judgement,
+    Refutation,
+    Verdict,
+    summed,
+)
+from verification.ledger.surveyed import join_surveyed, judge_surveys
+
+WEAKEST_FIRST = (
+    Verdict.NOT_TESTABLE,
+    Verdict.INCONCLUSIVE,
+    Verdict.SUPPORTED,
+    Verdict.HOLDS_UNDER,
+    Verdict.HOLDS,
+)
+"""The order in which a claim takes the verdict of its weakest stated part."""
+
+NOT_JUDGED = "not judged in this run"
+"""Said of a part of another claim that was not selected."""
+
+
+class ContradictionError(ConvexpercError, RuntimeError):
+    """The verifier disagrees with itself: one part is both proved and refuted."""
+
+
+def judge_all(evidence: Evidence) -> dict[str, Judgement]:
+    """Judge the claims that the run was about, and their parts: all of the ledger, unless some were selected.
+
+    Returns
+    -------
+    dict of str to Judgement
+        By claim id and by part key, in the order of the ledger.
+
+    Raises
+    ------
+    ContradictionError
+        See `judge_part`.
+    """
+    claims = [claim for claim in CLAIMS.values() if is_selected(evidence, claim.id)]
+    parts = {part.key: judge_part(part, evidence) for claim in claims for part in claim.parts}
+    return {claim.id: judge_from_parts(claim, parts) for claim in claims} | parts
+
+
+def is_selected(evidence: Evidence, claim: str) -> bool:
+    """Whether the run was about this claim, as its settings say."""
+    selected = evidence.settings.get("claims", ())
+    return not selected or claim in selected
+
+
+def judge(claim: Claim, evidence: Evidence) -> Judgement:
+    """Judge one claim: refuted if a stated part is, else its weakest stated part.
+
+    Raises
+    ------
+    ContradictionError
+        See `judge_part`.
+    """
+    keys = {part.key for part in claim.parts} | {part.key for part in nearest_true_form(claim)}
+    return judge_from_parts(claim, {key: judge_part(PARTS[key], evidence) for key in sorted(keys)})
+
+
+def judge_part(part: Part, evidence: Evidence) -> Judgement:
+    """Judge one part.
+
+    A confirmed counterexample refutes. Failures that nobody confirmed leave the part open, even where an
+    argument passed: then the code does not do what was proved. Otherwise an argument proves and
+    cases support. A part about the experiments is judged by its surveys alone.
+
+    Raises
+    ------
+    ContradictionError
+        A counterexample is confirmed and an argument without a condition passed.
+    """
+    if part.rule is not None:
+        return judge_surveys(part, evidence.surveys)
+    arguments = [argument for argument in evidence.arguments if argument.part == part.key]
+    refutations = [found for found in evidence.refutations if found.part == part.key]
+    count = summed(evidence.counts, part.key)
+    if confirmed := [found for found in refutations if found.confirmed]:
+        return _refuted(part, confirmed, arguments, count)
+    notes = _notes(refutations, arguments, count)
+    if count.failed:
+        return Judgement(Verdict.INCONCLUSIVE, "; ".join([_unconfirmed(count, arguments), *notes]))
+    if arguments and all(argument.passed for argument in arguments):
+        return _proved(arguments, count, notes)
+    if count.held:
+        return Judgement(Verdict.SUPPORTED, "; ".join([f"{_cases(count.held)}, none against", *notes]))
+    return Judgement(Verdict.INCONCLUSIVE, "; ".join(["no case was decided and no argument passed", *notes]))
+
+
+def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
+    """Judge a claim by the verdicts on its parts and on the parts of its nearest true form."""
+    stated = [part for part in claim.parts if part.role is Role.STATED]
+    if claim.surveyed:
+        return join_surveyed({part.key: parts[part.key] for part in stated})
+    refuted = [part.key for part in stated if parts[part.key].verdict is Verdict.REFUTED]
+    if refuted:
+        repairs = [
+            f"{part.key} {_verdict_in_words(parts.get(part.key))}" for part in nearest_true_form(claim)
+        ] or ["none is stated"]
+        share = f" ({len(refuted)} of {len(stated)} stated parts)" if len(stated) > 1 else ""
+        reason = f"{', '.join(refuted)}{share}"
+        return Judgement(Verdict.REFUTED, f"{reason}; nearest true form: {', '.join(repairs)}")
+    weakest = min((parts[part.key].verdict for part in stated), key=WEAKEST_FIRST.index)
+    at_it = [part.key for part in stated if parts[part.key].verdict is weakest]
+    conditions = (parts[key].condition for key in at_it)
+    condition = "; ".join(dict.fromkeys(filter(None, conditions)))
+    if len(stated) == 1:
+        return Judgement(weakest, parts[stated[0].key].reason, condition)
+    if len(at_it) == len(stated):
+        return Judgement(weakest, f"the verdict on all {len(stated)} stated parts", condition)
+    others = [parts[part.key].verdict for part in stated if part.key not in at_it]
+    told = ", ".join(f"{verdict.value} ({others.count(verdict)})" for verdict in dict.fromkeys(others))
+    reason = f"the weakest of {len(stated)} stated parts: {', '.join(at_it)}; the others: {told}"
+    return Judgement(weakest, reason, condition)
+
+
+def nearest_true_form(claim: Claim) -> tuple[Part, ...]:
+    """The parts that say what is true where the claim is not."""
+    own = tuple(part for part in claim.parts if part.role is Role.REPAIR)
+    return own + tuple(PARTS[key] for key in claim.repaired_by)
+
+
+def _refuted(part: Part, confirmed: list[Refutation], arguments: list[Argument], count: Count) -> Judgement:
+    proofs = [argument.conclusion for argument in arguments if argument.passed and not argument.condition]
+    if proofs:
+        raise ContradictionError(
+            f"part {part.key}",
+            value={"counterexample": confirmed[0].id, "argument": proofs[0]},
+            must="must not be both proved without a condition and refuted",
+            remedy="The verifier disagrees with itself: check argument, counterexample and ledger.",
+        )
+    reasons = [f"counterexample {confirmed[0].id}: {confirmed[0].finding}"]
+    if len(confirmed) > 1:
+        reasons.append(f"{len(confirmed) - 1} more confirmed")
+    if count.failed:
+        reasons.append(f"{count.failed:,} of {_cases(count.held + count.failed)} tried failed")
+    reasons += [f"yet it holds under: {proof.condition}" for proof in arguments if proof.passed]
+    return Judgement(Verdict.REFUTED, "; ".join(reasons))
+
+
+def _proved(arguments: list[Argument], count: Count, notes: list[str]) -> Judgement:
+    steps = [step for argument in arguments for step in argument.steps]
+    cited = sum(step.checker is Checker.CITED for step in steps)
+    checked = len(steps) - cited
+    reasons = [f"proved in {checked} checked {'step' if checked == 1 else 'steps'}"]
+    if cited:
+        reasons[0] += f" and {cited} cited {'theorem' if cited == 1 else 'theorems'}"
+    if count.held:
+        reasons.append(f"{_cases(count.held)} beside it, none against")
+    reason = "; ".join([*reasons, *notes])
+    if any(not argument.condition for argument in arguments):
+        return Judgement(Verdict.HOLDS, reason)
+    return Judgement(Verdict.HOLDS_UNDER, reason, " or ".join(argument.condition for argument in arguments))
+
+
+def _unconfirmed(count: Count, arguments: list[Argument]) -> str:
+    several = "failure" if count.failed == 1 else "failures"
+    reason = f"{count.failed:,} {several} in {_cases(count.held + count.failed)}, none confirmed exactly"
+    if any(argument.passed for argument in arguments):
+        return (
+            f"{reason}, although its argument passed: the code does not do what was proved, or rounding shows"
+        )
+    return reason
+
+
+def _notes(refutations: list[Refutation], arguments: list[Argument], count: Count) -> list[str]:
+    notes = [f"{_cases(count.undecided)} undecided"] if count.undecided else []
+    for argument in arguments:
+        if not argument.passed:
+            failed = [step.statement for step in argument.steps if not step.passed]
+            notes.append(
+                f"an argument failed at: {failed[0]}"
+                if failed
+                else "an argument has no step that a machine checked"
+            )
+    stale = [found.id for found in refutations if not found.confirmed]
+    return notes + ([f"stale: {', '.join(stale)}"] if stale else [])
+
+
+def _verdict_in_words(judgement: Judgement | None) -> str:
+    return f"{judgement.verdict.value} {judgement.condition}".strip() if judgement else NOT_JUDGED
+
+
+def _cases(number: int) -> str:
+    return f"{number:,} case" if number == 1 else f"{number:,} cases"

@@ -1,0 +1,1 @@
+"""Problems by family, from seeded numbers or from Hypothesis."""

@@ -1,0 +1,43 @@
+"""Machine-checked arguments: a proof of each part of a claim that can be proved, step by step.
+
+Every step is made by a function that checks what it is given: `polynomials.identity`, `polynomials.exact`,
+`matrices.matrix_identity` and `reals.real`; `polynomials.cited` names a theorem that is taken. A step's
+statement starts with its name; docs/theorem.md is the same proof in words and uses these names.
+"""
+
+from verification.ledger.evidence import Argument, Step
+from verification.proofs import (
+    audit,
+    derivation,
+    descent,
+    formulation,
+    limit,
+    rate,
+    smooth,
+    systems,
+    zeros,
+)
+
+TOPICS = (formulation, zeros, derivation, descent, limit, rate, smooth, systems)
+
+
+def all_arguments() -> tuple[Argument, ...]:
+    """Check every argument now.
+
+    Returns
+    -------
+    tuple of Argument
+        One a part. An argument with a step that did not pass is returned too; `Argument.passed` says so.
+    """
+    return tuple(argument for topic in TOPICS for argument in topic.arguments())
+
+
+def all_steps() -> tuple[Step, ...]:
+    """Check every step now: of all arguments, and of the audit of the appendix; each name once."""
+    found = [step for argument in all_arguments() for step in argument.steps]
+    return tuple({step_name(step): step for step in (*found, *audit.steps())}.values())
+
+
+def step_name(step: Step) -> str:
+    """The name that a step's statement starts with."""
+    return step.statement.split(":", 1)[0]

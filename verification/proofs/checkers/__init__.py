@@ -1,0 +1,1 @@
+"""What checks a step: real arithmetic, polynomials, matrices, propositional formulas."""

@@ -1,0 +1,146 @@
+"""Claim T1a for the corrected update and T1c: what one iteration does to F, in both orders.
+
+Q(w, u) is F with |w_j| replaced by w_j^2/(2|w_j(i)|) and ||u^i|| by ||u^i||^2/(2||u^i(i)||): up to a
+constant, above F and equal to it at the iterate. A = lambda2 D^w and B = lambda3 D^u are its diagonals.
+"""
+
+from verification.ledger.evidence import Argument, Step
+from verification.proofs.checkers.matrices import matrix_identity
+from verification.proofs.checkers.polynomials import exact, identity
+from verification.proofs.checkers.reals import real
+from verification.proofs.norms import majorise_modality, majorise_view, squares
+
+ROW_W = "(X*X.T + l1*In + A)*(w + dw) - X*(o + l1*u)"
+ROW_U = "(l1*X.T*X + B)*(u + du) - l1*X.T*"
+
+
+def arguments() -> tuple[Argument, ...]:
+    """T1a/corrected, T1c/descent and T1c/absolute."""
+    found = [absolute()]
+    for order, fall in (("gauss_seidel", fall_gauss_seidel()), ("jacobi", fall_jacobi())):
+        steps = (*majorise_view(), *majorise_modality(), *update(), fall, *chain())
+        conclusion = "F(i) - F(i+1) >= " + FALL[order]
+        found += [
+            Argument(f"T1c/descent/{order}", conclusion + " >= 0.", "", steps),
+            Argument(f"T1a/corrected/{order}", f"F never rises: {conclusion} >= 0.", "", steps),
+        ]
+    return tuple(found)
+
+
+PENALTY = "dw'A dw + du'B du"
+FALL = {
+    "gauss_seidel": f"||X'dw||^2 + lambda1 ||dw||^2 + lambda1 ||X du||^2 + {PENALTY}",
+    "jacobi": f"||X'dw||^2 + lambda1 ||dw + X du||^2 + {PENALTY}",
+}
+
+
+def quadratic(w: str, u: str) -> str:
+    """The text of Q, without its constant."""
+    return f"({squares(w, u)} + ({w}).T*A*({w}) + ({u}).T*B*({u}))"
+
+
+def update() -> tuple[Step, ...]:
+    """The update minimises Q in one block at a time."""
+    return (
+        matrix_identity(
+            "update-w",
+            "Q(w+h, u) - Q(w, u) = 2h'[(XX' + lambda1 I + A)w - X(o + lambda1 u)] + h'(XX' + lambda1 I +"
+            " A)h: a solution of the system for w, unique or not, minimises Q(., u)",
+            f"{quadratic('w + h', 'u')} - {quadratic('w', 'u')}",
+            "2*h.T*((X*X.T + l1*In + A)*w - X*(o + l1*u)) + h.T*(X*X.T + l1*In + A)*h",
+        ),
+        matrix_identity(
+            "update-u",
+            "Q(w, u+k) - Q(w, u) = 2k'[(lambda1 X'X + B)u - lambda1 X'w] + k'(lambda1 X'X + B)k: likewise"
+            " for u",
+            f"{quadratic('w', 'u + k')} - {quadratic('w', 'u')}",
+            "2*k.T*((l1*X.T*X + B)*u - l1*X.T*w) + k.T*(l1*X.T*X + B)*k",
+        ),
+        real(
+            "update-held",
+            "an entry that is 0 is held: its step is 0, so its row, which need not hold, does not matter",
+            ["s == 0"],
+            "s*e == 0",
+        ),
+    )
+
+
+def fall_gauss_seidel() -> Step:
+    """The fall of Q where u sees the new w."""
+    return matrix_identity(
+        "fall-gauss-seidel",
+        "Q(w+dw, u+du) - Q(w, u) = 2dw'(row of w) + 2du'(row of u) - ["
+        + FALL["gauss_seidel"]
+        + "], where the rows,"
+        " residuals of the systems that dw and du solve, are 0 or held",
+        f"{quadratic('w + dw', 'u + du')} - {quadratic('w', 'u')}",
+        f"2*dw.T*({ROW_W}) + 2*du.T*({ROW_U}(w + dw)) - ((X.T*dw).T*(X.T*dw) + l1*dw.T*dw"
+        " + l1*(X*du).T*(X*du) + dw.T*A*dw + du.T*B*du)",
+    )
+
+
+def fall_jacobi() -> Step:
+    """The fall of Q where u sees the old w."""
+    return matrix_identity(
+        "fall-jacobi",
+        "Q(w+dw, u+du) - Q(w, u) = 2dw'(row of w) + 2du'(row of u, at the old w) - [" + FALL["jacobi"] + "]",
+        f"{quadratic('w + dw', 'u + du')} - {quadratic('w', 'u')}",
+        f"2*dw.T*({ROW_W}) + 2*du.T*({ROW_U}w) - ((X.T*dw).T*(X.T*dw)"
+        " + l1*(dw + X*du).T*(dw + X*du) + dw.T*A*dw + du.T*B*du)",
+    )
+
+
+def chain() -> tuple[Step, ...]:
+    """From Q to F."""
+    return (
+        real(
+            "fall-sign",
+            "every term of the fall is a square with a weight >= 0",
+            ["l1 >= 0", "A >= 0", "B >= 0"],
+            "s**2 + l1*q**2 + A*w**2 + B*u**2 >= 0",
+        ),
+        real(
+            "fall-chain",
+            "F(i+1) <= Q(i+1) + c, F(i) = Q(i) + c, Q(i+1) = Q(i) - fall: F(i) - F(i+1) >= fall",
+            ["F1 <= Q1 + c", "F0 == Q0 + c", "Q1 == Q0 - s", "s >= 0"],
+            "F0 - F1 >= s and F1 <= F0",
+        ),
+    )
+
+
+def absolute() -> Argument:
+    """T1c/absolute: factor 1/2 is the corrected update of other lambdas."""
+    steps = (
+        identity(
+            "absolute-half",
+            "(lambda/2) times 1/(2|w_j|) is lambda' times 1/(2|w_j|) with lambda' = lambda/2; the same for u",
+            "(l/2)*(1/(2*s))",
+            "(l/2)/(2*s)",
+        ),
+        *majorise_view(),
+        *majorise_modality(),
+        *update(),
+        fall_gauss_seidel(),
+        fall_jacobi(),
+        *chain(),
+        exact(
+            "absolute-fixed",
+            "X = o = lambda1 = lambda2 = 1, lambda3 = 0: w = u = 3/4 solves both systems",
+            "(1 + 1 + (1/2)/(2*(3/4)))*(3/4) == 1*(1 + 3/4) and 1*(3/4) == 1*(3/4)",
+        ),
+        exact(
+            "absolute-limit",
+            "there F = 13/16, and F(1/2, 1/2) = 3/4 is less",
+            "(3/4 - 1)**2 + (3/4 - 3/4)**2 + 3/4 == 13/16 and (1/2 - 1)**2 + 1/2 == 3/4 and 3/4 < 13/16",
+        ),
+        exact(
+            "absolute-rise",
+            "from w = u = 1/2 the update goes to 3/5, where F = 19/25 > 3/4",
+            "(1 + 1 + (1/2)/(2*(1/2)))*(3/5) == 1 + 1/2 and (3/5 - 1)**2 + 3/5 == 19/25 and 19/25 > 3/4",
+        ),
+    )
+    conclusion = (
+        "The update with factor 1/2 is the corrected one for lambda2/2, lambda3/2: it never raises that F,"
+        " but it raises F itself, and stops away from its optimum."
+    )
+    return Argument("T1c/absolute", conclusion, "", steps)

@@ -1,0 +1,160 @@
+"""What an outcome depends on: versions, commit, machine, source files; and digests of files and of data."""
+
+import hashlib
+import importlib
+import json
+import platform
+import subprocess
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+DECIDING = (
+    "numpy",
+    "scipy",
+    "scikit-image",
+    "opencv-python-headless",
+    "pillow",
+    "clarabel",
+    "cvxpy",
+    "osqp",
+    "hypothesis",
+    "python-flint",
+    "z3-solver",
+    "numba",
+)
+"""Packages whose version may change an outcome."""
+TOP = Path(__file__).resolve().parents[1]
+"""The folder that holds both packages."""
+UNKNOWN = "unknown"
+SECONDS = 10
+"""Longest wait for git."""
+
+
+def canonical(data: Any) -> bytes:
+    """One text for equal data: JSON with sorted keys, without blanks, in ASCII.
+
+    Raises
+    ------
+    ValueError
+        A number is not finite.
+    """
+    return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+
+
+def digest(data: Any) -> str:
+    """SHA-256 of the canonical text."""
+    return hashlib.sha256(canonical(data)).hexdigest()
+
+
+def record_digest(record: Mapping[str, Any]) -> str:
+    """SHA-256 of a record without its own digest and without what may differ between two runs of one seed."""
+    return digest({key: value for key, value in record.items() if key not in ("digest", "volatile")})
+
+
+def source_digest(*places: str, without: str = "") -> str:
+    """SHA-256 of Python source, each file by its name and content.
+
+    Parameters
+    ----------
+    places : str
+        Files and folders, relative to the folder that holds both packages; default: both packages.
+    without : str
+        A folder to leave out.
+    """
+    files: set[Path] = set()
+    for place in places or ("convexperc", "verification"):
+        files |= set((TOP / place).rglob("*.py")) if (TOP / place).is_dir() else {TOP / place}
+    kept = sorted(file for file in files if not without or TOP / without not in file.parents)
+    sha = hashlib.sha256()
+    for file in kept:
+        sha.update(file.relative_to(TOP).as_posix().encode() + b"\0" + file.read_bytes())
+    return sha.hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Versions that the outcome may depend on; "not installed" where a package is absent."""
+    found = {"python": platform.python_version(), "convexperc": installed("convexperc")}
+    return found | {name: installed(name) for name in DECIDING}
+
+
+def machine() -> dict[str, Any]:
+    """The date, the commit, the processor, and which BLAS kernel NumPy uses here."""
+    return {
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "commit": commit(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "processor": processor(),
+        "blas": blas(),
+        "blas kernel": blas_kernel(),
+    }
+
+
+def commit(folder: Path | None = None) -> str:
+    """The commit of the project, marked where files differ from it; "not a checkout" if it is none.
+
+    Parameters
+    ----------
+    folder : Path or None
+        Top folder of the project; None for the one that this file is in.
+    """
+    top = (folder or TOP).resolve()
+    try:
+        if Path(_git(top, "rev-parse", "--show-toplevel")).resolve() != top:
+            return "not a checkout"
+        changed = ", with changes" if _git(top, "status", "--porcelain") else ""
+        return _git(top, "rev-parse", "HEAD") + changed
+    except subprocess.CalledProcessError:
+        return "not a checkout"
+    except (OSError, subprocess.TimeoutExpired):
+        return f"{UNKNOWN}: git cannot be run"
+
+
+def processor(listing: Path = Path("/proc/cpuinfo")) -> str:
+    """Name of the processor, as far as the system tells."""
+    try:
+        lines = listing.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    for line in lines:
+        name, _, value = line.partition(":")
+        if name.strip() == "model name":
+            return value.strip()
+    return platform.processor() or UNKNOWN
+
+
+def blas() -> str:
+    """Name and version of the BLAS that NumPy was built with."""
+    config: Any = np.show_config(mode="dicts")
+    library = config.get("Build Dependencies", {}).get("blas", {})
+    return f"{library.get('name', UNKNOWN)} {library.get('version', '')}".strip()
+
+
+def blas_kernel() -> str:
+    """The kernels that were chosen for this processor; threadpoolctl (extra `bench`) can tell."""
+    try:
+        threadpoolctl = importlib.import_module("threadpoolctl")
+    except ModuleNotFoundError:
+        return f"{UNKNOWN}: threadpoolctl is not installed"
+    pools = threadpoolctl.threadpool_info()
+    names = {f"{pool['internal_api']} {pool['architecture']}" for pool in pools if "architecture" in pool}
+    return ", ".join(sorted(names)) or UNKNOWN
+
+
+def installed(name: str) -> str:
+    """The version of a package, or "not installed"."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _git(top: Path, *command: str) -> str:
+    done = subprocess.run(
+        ["git", "-C", str(top), *command], capture_output=True, text=True, check=True, timeout=SECONDS
+    )
+    return done.stdout.strip()

@@ -1,0 +1,1 @@
+"""One run of the verifier: everything that a judgement needs."""

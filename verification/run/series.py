@@ -1,0 +1,117 @@
+"""Numbers for the plots: runs on chosen problems, and distributions over a campaign."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
+from convexperc.solvers.paper.loop import run
+from verification.ledger.claims import ORDERS, READINGS
+from verification.search.engine import Result
+from verification.search.shards import UNBOUNDED
+
+SHOWN = 12
+"""Iterations shown of each reading on the counterexample."""
+
+LONG = 400
+"""Iterations shown where the rate is the subject."""
+
+DECADES = range(-16, 4)
+"""Distances in (10^(k-1), 10^k] are counted for each k; what is smaller or larger goes to the ends."""
+
+FLOOR = 1e-17
+"""Gaps below this share of F* are rounding and are not drawn."""
+
+
+def counterexample() -> dict[str, Any]:
+    """F by iteration for each reading where the printed update climbs from 4 to 9 and F* is 1."""
+    problem = Problem([[1.0]], [-1.0], lambda1=1.0, lambda2=4.0, lambda3=0.0)
+    proof = solve(problem).certificate
+    runs = {
+        reading: run(problem, variant=reading, max_iterations=SHOWN, tolerance=0.0).F.tolist()
+        for reading in READINGS
+    }
+    title = "n = d = 1, X = 1, o = -1, lambda1 = 1, lambda2 = 4, lambda3 = 0"
+    return {"title": title, "F_star": [proof.lower, proof.upper], "runs": runs}
+
+
+def rate() -> dict[str, Any]:
+    """F - F* by iteration, corrected and smoothed: where every zero is strict, and where not."""
+    strict = Problem(
+        [[2.0, 0.0, 1.0], [0.5, 1.0, -1.0]],
+        [2.0, 1.0, 0.0],
+        modalities=[1, 2],
+        lambda1=1,
+        lambda2=1,
+        lambda3=1,
+    )
+    critical = Problem([[1.0]], [1.0], lambda1=0.0, lambda2=2.0, lambda3=0.0)
+    curves = {
+        "corrected, every zero strict": _gaps(strict, "corrected"),
+        "smoothed, every zero strict": _gaps(strict, "smoothed"),
+        "corrected, at the critical lambda2": _gaps(critical, "corrected"),
+        "smoothed, at the critical lambda2": _gaps(critical, "smoothed"),
+    }
+    return {
+        "title": "a problem of n = 2, d = 3, and X = o = 1, lambda1 = lambda3 = 0, lambda2 = 2",
+        "curves": curves,
+        "reference": "1/(k+1)^2",
+    }
+
+
+def _gaps(problem: Problem, reading: str) -> list[float]:
+    """(F(k) - F*) / F* against the upper end of the proved interval, as long as it is more than rounding."""
+    upper = solve(problem).certificate.upper
+    F = run(problem, variant=reading, max_iterations=LONG, tolerance=0.0, on_singular="minimum_norm").F
+    gaps = (F - upper) / upper
+    end = int(np.argmax(gaps <= FLOOR)) or len(gaps)
+    return [float(gap) for gap in gaps[:end]]
+
+
+def distances(result: Result) -> dict[str, Any]:
+    """Of each reading and order: runs by the decade of (F(last) - F*) / F*, and how many have none.
+
+    Undecided runs met the limit of iterations; undefined ones met a singular system, or diverged.
+    """
+    counts: dict[str, list[int]] = {}
+    undecided: dict[str, int] = {}
+    undefined: dict[str, int] = {}
+    for reading in READINGS:
+        for order in ORDERS:
+            name = f"{reading}/{order}"
+            tallies = [tally for (part, _), tally in result.tallies.items() if part == f"T1b/{name}"]
+            total: Mapping[int, int] = _merged([tally.decades for tally in tallies])
+            counts[name] = [_within(total, at) for at in DECADES]
+            undefined[name] = total.get(UNBOUNDED, 0)
+            undecided[name] = sum(tally.outcomes["undecided"] for tally in tallies)
+    return {
+        "edges": [float(10.0**k) for k in DECADES],
+        "counts": counts,
+        "undecided": undecided,
+        "undefined": undefined,
+    }
+
+
+def coverage(result: Result) -> dict[str, int]:
+    """How many problems of each family were looked at, over all checks."""
+    problems: dict[str, int] = {}
+    for (_, family), count in result.problems.items():
+        problems[family] = problems.get(family, 0) + count
+    return dict(sorted(problems.items()))
+
+
+def _merged(parts: list[dict[int, int]]) -> dict[int, int]:
+    total: dict[int, int] = {}
+    for part in parts:
+        for decade, count in part.items():
+            total[decade] = total.get(decade, 0) + count
+    return total
+
+
+def _within(total: Mapping[int, int], at: int) -> int:
+    """How many lie in decade `at`; runs without a limit are not among them."""
+    low = -UNBOUNDED if at == DECADES[0] else at
+    high = UNBOUNDED if at == DECADES[-1] else at + 1
+    return sum(count for decade, count in total.items() if low <= decade < high)
