@@ -33,7 +33,7 @@ from verification.ledger.claims import PARTS
 from verification.problems.sources import Seeded, Source
 
 RECORDS = {record.id: record for record in catalogue()}
-FOLDER = Path(__file__).parents[2] / "verification" / "counterexamples" / "catalogue"
+FOLDER = Path(__file__).parents[3] / "verification" / "counterexamples" / "catalogue"
 REFUTED = {
     *(f"T1a/{name}/{order}" for name, order in product(SIZES, ORDERS) if name != "corrected"),
     *(f"T1b/{name}/{order}" for name, order in product(SIZES, ORDERS)),

@@ -13,7 +13,7 @@ from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import CLAIMS, PARTS
 from verification.report.diff import read_report
 
-REPORTS = Path(__file__).parents[2] / "reports"
+REPORTS = Path(__file__).parents[3] / "reports"
 SCHEMA = Path(report.__file__).with_name("report.schema.json")
 
 

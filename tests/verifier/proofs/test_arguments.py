@@ -12,7 +12,7 @@ from verification.proofs.checkers.matrices import matrix_identity
 from verification.proofs.checkers.polynomials import exact, identity
 from verification.proofs.checkers.reals import real
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "theorem.md"
+DOCUMENT = Path(__file__).parents[3] / "docs" / "theorem.md"
 ARGUMENTS = {argument.part: argument for argument in all_arguments()}
 STEPS = {step_name(step): step for step in all_steps()}
 TAGS = {Checker.IDENTITY: "identity", Checker.Z3: "z3", Checker.EXACT: "exact", Checker.CITED: "cited"}

@@ -24,7 +24,7 @@ SHRUNK = ("u is not updated", "lambda3 halved in the objective", "coupling term 
 """Some faults whose counterexample has one view and one feature."""
 LARGEST = 6
 """n d of the largest counterexample: two views and three features."""
-REPORT = Path(__file__).parents[2] / "reports" / "faults.json"
+REPORT = Path(__file__).parents[3] / "reports" / "faults.json"
 HUNTS = hunts(FAULTS)
 
 TABLE_SCHEMA = {

@@ -9,7 +9,7 @@ import pytest
 
 import convexperc
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 SLOW = {"cvxpy", "clarabel", "osqp", "cv2", "skimage", "scipy", "matplotlib", "flint", "hypothesis"}
 
 
