@@ -51,7 +51,7 @@ def figures(evidence: "Evidence") -> Iterator[Table]:
 
 
 def _table(evidence: "Evidence", caption: str) -> Table:
-    from verification.ledger.surveyed import verdict  # noqa: PLC0415 - keeps --help quick
+    from verification.ledger.verdicts import survey_verdict  # noqa: PLC0415 - keeps --help quick
 
     heads = (
         "part",
@@ -66,5 +66,5 @@ def _table(evidence: "Evidence", caption: str) -> Table:
     for each in evidence.surveys:
         default = each.default
         row = (each.told, f"{default.outcome}: {default.name}", default.figures, f"{default.units}")
-        table.add_row(each.part, each.pictures, verdict(each).value, *row)
+        table.add_row(each.part, each.pictures, survey_verdict(each).value, *row)
     return table

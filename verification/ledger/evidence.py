@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from verification.ledger.survey import Survey
+from verification.ledger.surveys import Survey
 
 
 class Verdict(StrEnum):

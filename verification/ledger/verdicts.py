@@ -4,10 +4,10 @@ Deterministic, and cautious on purpose: a failure refutes only when it was confi
 part holds only when an argument passed step by step, and cases alone never do more than support.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from convexperc.errors import ConvexpercError
-from verification.ledger.claims import CLAIMS, PARTS, Claim, Part, Role
+from verification.ledger.claims import CLAIMS, PARTS, PROTOCOL, Claim, Part, Role
 from verification.ledger.evidence import (
     Argument,
     Checker,
@@ -18,7 +18,7 @@ from verification.ledger.evidence import (
     Verdict,
     summed,
 )
-from verification.ledger.surveyed import join_surveyed, judge_surveys
+from verification.ledger.surveys import COMMAND, DECIDING, Survey
 
 WEAKEST_FIRST = (
     Verdict.NOT_TESTABLE,
@@ -31,6 +31,10 @@ WEAKEST_FIRST = (
 
 NOT_JUDGED = "not judged in this run"
 """Said of a part of another claim that was not selected."""
+
+
+ABSENT = f"no record of the experiments has it; `{COMMAND}` makes one"
+"""Why a part that no record speaks of is not testable."""
 
 
 class ContradictionError(ConvexpercError, RuntimeError):
@@ -133,6 +137,44 @@ def nearest_true_form(claim: Claim) -> tuple[Part, ...]:
     """The parts that say what is true where the claim is not."""
     own = tuple(part for part in claim.parts if part.role is Role.REPAIR)
     return own + tuple(PARTS[key] for key in claim.repaired_by)
+
+
+def survey_verdict(survey: Survey) -> Verdict:
+    """Judge all readings of one set together.
+
+    Supported if the part holds in at least the stated share of the readings and none refutes it; refuted if
+    more than the stated share refute it; otherwise inconclusive.
+    """
+    if survey.refuted > PROTOCOL.refuted_share * survey.readings:
+        return Verdict.REFUTED
+    if not survey.refuted and survey.holds >= PROTOCOL.supported_share * survey.readings:
+        return Verdict.SUPPORTED
+    return Verdict.INCONCLUSIVE
+
+
+def judge_surveys(part: Part, surveys: Sequence[Survey]) -> Judgement:
+    """Judge a part by the simulation; what other pictures say is told beside it."""
+    deciding = [survey for survey in surveys if survey.part == part.key and survey.pictures == DECIDING]
+    if not deciding:
+        return Judgement(Verdict.NOT_TESTABLE, ABSENT)
+    found = deciding[0]
+    beside = (each for each in surveys if each.part == part.key and each is not found)
+    told = [
+        f"{DECIDING}: {found.told}",
+        *(f"{each.pictures}: {survey_verdict(each).value}" for each in beside),
+    ]
+    return Judgement(survey_verdict(found), "; ".join(told))
+
+
+def join_surveyed(parts: Mapping[str, Judgement]) -> Judgement:
+    """Judge a claim about the experiments: refuted if a part is, supported if all are."""
+    order = (Verdict.REFUTED, Verdict.NOT_TESTABLE, Verdict.INCONCLUSIVE, Verdict.SUPPORTED)
+    joint = min((found.verdict for found in parts.values()), key=order.index)
+    told = {key: found.reason for key, found in parts.items() if found.verdict is joint}
+    if len(parts) == 1 or joint is Verdict.NOT_TESTABLE:
+        return Judgement(joint, next(iter(told.values())))
+    others = [f"{key}: {found.verdict.value}" for key, found in parts.items() if key not in told]
+    return Judgement(joint, "; ".join([*(f"{key}: {reason}" for key, reason in told.items()), *others]))
 
 
 def _refuted(part: Part, confirmed: list[Refutation], arguments: list[Argument], count: Count) -> Judgement:

@@ -11,6 +11,8 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from smallest import smallest_lock, smallest_rise
+from whole_numbers import Batch, problems, whole_problem
 
 from convexperc.errors import FileFormatError, InputError, SolverError
 from convexperc.problem.problem import Problem
@@ -22,8 +24,6 @@ from verification.counterexamples.files import catalogue, load, load_all, save, 
 from verification.counterexamples.found import case_record, rise_record
 from verification.counterexamples.kinds import BY_KIND, completed, confirm, refutation
 from verification.counterexamples.record import KINDS, Record, magnitude, parse
-from verification.counterexamples.smallest import smallest_lock, smallest_rise
-from verification.counterexamples.whole_numbers import Batch, problems, whole_problem
 from verification.exact.algorithm import ORDERS, SIZES, Update
 from verification.exact.loop import iterates, start
 from verification.exact.operations import eliminate

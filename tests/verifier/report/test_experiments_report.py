@@ -27,9 +27,8 @@ from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import PARTS, PROTOCOL
 from verification.ledger.evidence import Evidence, Verdict
 from verification.ledger.rules import Reading, Rule
-from verification.ledger.survey import Comparison, Survey
-from verification.ledger.surveyed import judge_surveys, verdict
-from verification.ledger.verdicts import judge_all, judge_part
+from verification.ledger.surveys import Comparison, Survey
+from verification.ledger.verdicts import judge_all, judge_part, judge_surveys, survey_verdict
 from verification.report.experiments.figures import spaced
 from verification.report.experiments.pages import experiment_files
 from verification.report.experiments.publish import publish
@@ -77,7 +76,7 @@ def survey(holds, refuted, inconclusive, pictures="simulation"):
     ],
 )
 def test_a_verdict_changes_where_a_count_crosses_the_line_of_the_rule(counts, expected):
-    assert verdict(survey(*counts)) is expected
+    assert survey_verdict(survey(*counts)) is expected
     part, other = PARTS["X2/stated"], survey(0, 5, 0, "photographs")
     judged = judge_surveys(part, [other, survey(*counts)])
     assert judged.verdict is expected, "the simulation decides"

@@ -14,8 +14,8 @@ from convexperc.errors import FileFormatError
 from verification.experiments.record.contact_sheets import read_sheets
 from verification.ledger.claims import PARTS, PROTOCOL
 from verification.ledger.rules import Reading, Rule
-from verification.ledger.survey import Comparison, Survey
-from verification.ledger.surveyed import COMMAND, DECIDING, verdict
+from verification.ledger.surveys import COMMAND, DECIDING, Comparison, Survey
+from verification.ledger.verdicts import survey_verdict
 from verification.provenance import record_digest
 
 FORMAT = 1
@@ -166,7 +166,7 @@ def _surveys(pictures: Record, data: Record, command: str) -> Iterator[Survey]:
         )
         own = [told["holds"], told["refuted"], told["inconclusive"], told["readings"]]
         _equal(f"counts of {where}", own, [holds, refuted, open_, survey.readings], RECOUNT)
-        _equal(f"verdict of {where}", told["verdict"], verdict(survey).value, RECOUNT)
+        _equal(f"verdict of {where}", told["verdict"], survey_verdict(survey).value, RECOUNT)
         yield survey
 
 

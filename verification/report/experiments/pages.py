@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from verification.experiments.record.contact_sheets import sheet_files
 from verification.experiments.record.reading import SHEETS, Experiments
 from verification.ledger.evidence import Verdict
-from verification.ledger.surveyed import DECIDING
+from verification.ledger.surveys import DECIDING
 from verification.report.experiments.blocks import Picture
 from verification.report.experiments.markdown import lines
 from verification.report.experiments.section import section

@@ -5,7 +5,7 @@ from typing import Any
 
 from convexperc.errors import InputError
 from verification.ledger.claims import PROTOCOL
-from verification.ledger.surveyed import DECIDING
+from verification.ledger.surveys import DECIDING
 from verification.report.experiments import tables
 from verification.report.experiments.advice import advice
 from verification.report.experiments.blocks import Block, Heading, Listing, Paragraph, Picture, Sheet

@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from convexperc.errors import FileFormatError
-from verification.ledger.surveyed import DECIDING
+from verification.ledger.surveys import DECIDING
 from verification.report.drawing import COLORS, INK, QUIET, STYLE
 
 BUDGET = 125_000

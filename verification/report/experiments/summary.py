@@ -9,8 +9,8 @@ from jaxtyping import Float
 from verification.experiments.record.reading import Experiments
 from verification.ledger.claims import PARTS
 from verification.ledger.rules import Reading
-from verification.ledger.survey import Survey
-from verification.ledger.surveyed import DECIDING, verdict
+from verification.ledger.surveys import DECIDING, Survey
+from verification.ledger.verdicts import survey_verdict
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 """Of the readings' accuracy; the ends, nine tenths of them, and the middle."""
@@ -56,7 +56,7 @@ def survey_table(survey: Survey) -> dict[str, Any]:
     data = survey.as_json()
     kept = ("pictures", "holds", "refuted", "inconclusive", "default")
     named = {key: data[key] for key in kept}
-    return named | {"readings": survey.readings, "verdict": verdict(survey).value}
+    return named | {"readings": survey.readings, "verdict": survey_verdict(survey).value}
 
 
 def _set(pictures: Mapping[str, Any], surveys: tuple[Survey, ...]) -> dict[str, Any]:

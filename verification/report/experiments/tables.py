@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from verification.ledger.surveyed import DECIDING
+from verification.ledger.surveys import DECIDING
 from verification.report.experiments.blocks import Table
 from verification.report.experiments.flips import FACTORS
 from verification.report.experiments.summary import outcome_in_words

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from whole_numbers import Batch, batches, problems, shapes, whole_problem
 
-from verification.counterexamples.whole_numbers import Batch, batches, problems, shapes, whole_problem
 from verification.exact.algorithm import Update
 from verification.exact.loop import iterates
 from verification.exact.problem import ExactProblem

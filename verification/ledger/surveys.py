@@ -5,6 +5,11 @@ from typing import Any
 
 from convexperc.errors import InputError
 
+DECIDING = "simulation"
+"""The set of pictures whose readings decide; others stand beside it."""
+COMMAND = "python -m verification experiments"
+"""What makes a record of the experiments."""
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
