@@ -1,11 +1,12 @@
 """What an outcome depends on: versions, commit, machine, source files; and digests of files and of data."""
 
+import ast
 import hashlib
 import importlib
 import json
 import platform
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -30,6 +31,26 @@ DECIDING = (
 """Packages whose version may change an outcome."""
 TOP = Path(__file__).resolve().parents[1]
 """The folder that holds both packages."""
+SOLVING = tuple(
+    f"convexperc/{name}"
+    for name in ("problem", "solvers", "certificate", "enclosure", "solution", "errors.py", "files.py")
+)
+JUDGING = ("verification/exact", "verification/problems", "verification/checks", "verification/search")
+SUBJECTS: dict[str, tuple[str, ...]] = {
+    "campaign": (*SOLVING, "verification/exact", "verification/problems", "verification/search"),
+    "benchmark": (*SOLVING, "convexperc/features", "convexperc/recognition", "verification/bench"),
+    "faults": ("convexperc", *JUDGING, "verification/faults"),
+    "report": (
+        *SOLVING,
+        "convexperc/features",
+        "convexperc/recognition",
+        *JUDGING,
+        *(f"verification/{name}" for name in ("counterexamples", "ledger", "proofs", "report", "run")),
+    ),
+}
+"""The code that each kind of generated file speaks of: when it changes, the file is to be made anew."""
+CODE = (".py", ".toml", ".json", ".j2", ".css")
+"""What counts as code; Python by its syntax, without comments and docstrings."""
 UNKNOWN = "unknown"
 SECONDS = 10
 """Longest wait for git."""
@@ -74,6 +95,65 @@ def source_digest(*places: str, without: str = "") -> str:
     for file in kept:
         sha.update(file.relative_to(TOP).as_posix().encode() + b"\0" + file.read_bytes())
     return sha.hexdigest()
+
+
+def stamp(subject: str) -> dict[str, Any]:
+    """What made a generated file, to be written into it.
+
+    Parameters
+    ----------
+    subject : str
+        A key of `SUBJECTS`.
+
+    Returns
+    -------
+    dict
+        ``commit``, ``versions``, and ``code``: the digest of the code that the file speaks of.
+    """
+    return {"commit": commit(), "versions": versions(), "code": code_digest(*SUBJECTS[subject])}
+
+
+def code_digest(*places: str) -> str:
+    """SHA-256 of code that does not change with documentation: comments, docstrings and layout.
+
+    Parameters
+    ----------
+    places : str
+        Files and folders, relative to the folder that holds both packages.
+    """
+    found = sorted(file for place in places for file in _files(TOP / place) if file.suffix in CODE)
+    return digest({file.relative_to(TOP).as_posix(): _code(file) for file in found})
+
+
+def _files(place: Path) -> Iterator[Path]:
+    yield from (file for file in place.rglob("*") if file.is_file()) if place.is_dir() else (place,)
+
+
+def _code(file: Path) -> str:
+    if file.suffix != ".py":
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+    return digest(_syntax(ast.parse(file.read_bytes())))
+
+
+def _syntax(node: Any) -> Any:
+    """A syntax tree as plain data that is the same in every version of Python; empty fields are left out."""
+    if isinstance(node, list):
+        return [_syntax(each) for each in node if not _is_docstring(each)]
+    if not isinstance(node, ast.AST):
+        return repr(node)
+    fields = ((name, value) for name, value in ast.iter_fields(node) if value not in (None, []))
+    return [
+        type(node).__name__,
+        {name: _syntax(value) for name, value in fields if name not in ("ctx", "kind")},
+    ]
+
+
+def _is_docstring(node: Any) -> bool:
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
 
 
 def versions() -> dict[str, str]:

@@ -1,0 +1,88 @@
+"""Provenance: what a digest of code depends on, and what it does not."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from verification import provenance
+
+CODE = '''"""A module."""
+
+LIMIT = 1.5
+"""A limit."""
+
+
+def double(x: float) -> float:
+    """Twice x."""
+    return 2 * x  # exactly
+'''
+
+
+@pytest.fixture
+def top(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(provenance, "TOP", tmp_path)
+    (tmp_path / "code").mkdir()
+    (tmp_path / "code" / "module.py").write_text(CODE)
+    (tmp_path / "code" / "rules.toml").write_text("share = 0.8\n")
+    return tmp_path / "code"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("Twice x.", "The double of x."),
+        ("# exactly", ""),
+        ("\n\n\ndef", "\n\n\n\n# a comment\n\ndef"),
+        ('"""A limit."""\n', ""),
+        ("return 2 * x", "return (2 * x)"),
+    ],
+)
+def test_documentation_does_not_change_the_digest_of_code(top: Path, old: str, new: str) -> None:
+    before = provenance.code_digest("code")
+    assert old in CODE
+    (top / "module.py").write_text(CODE.replace(old, new))
+    assert provenance.code_digest("code") == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("1.5", "1.25"), ("2 * x", "2 + x"), ("2 * x", "x * 2"), ("double", "twice"), ("LIMIT = 1.5", "")],
+)
+def test_any_change_of_code_changes_its_digest(top: Path, old: str, new: str) -> None:
+    before = provenance.code_digest("code")
+    (top / "module.py").write_text(CODE.replace(old, new))
+    assert provenance.code_digest("code") != before
+
+
+def test_files_and_their_names_count_and_texts_do_not(top: Path) -> None:
+    seen = [provenance.code_digest("code")]
+    (top / "notes.md").write_text("A note.\n")
+    assert provenance.code_digest("code") == seen[0], "a text is no code"
+    for change in ("rules.toml", "more.py"):
+        (top / change).write_text("share = 0.9\n")
+        seen.append(provenance.code_digest("code"))
+    (top / "more.py").rename(top / "other.py")
+    seen.append(provenance.code_digest("code"))
+    assert len(set(seen)) == len(seen), seen
+
+
+@pytest.mark.parametrize("subject", provenance.SUBJECTS)
+def test_every_place_of_a_subject_is_there(subject: str) -> None:
+    for place in provenance.SUBJECTS[subject]:
+        assert (provenance.TOP / place).exists(), place
+
+
+def test_a_stamp_is_the_same_in_another_process() -> None:
+    script = "from verification.provenance import stamp; print(stamp('campaign')['code'])"
+    told = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert told.stdout.strip() == provenance.stamp("campaign")["code"]
+
+
+def test_canonical_text_refuses_what_is_no_number() -> None:
+    assert provenance.canonical({"b": 1, "a": [0.5]}) == b'{"a":[0.5],"b":1}'
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        provenance.canonical({"a": float("nan")})
