@@ -5,7 +5,7 @@ import sys
 import typer
 
 from convexperc.errors import MissingExtraError, require
-from verification.commands import claims, experiments, replay, solvers
+from verification.commands import claims, experiments, replay, reports, solvers
 
 app = typer.Typer(
     add_completion=False,
@@ -22,6 +22,7 @@ app.add_typer(report, name="report")
 app.command()(replay.replay)
 app.command()(claims.faults)
 app.command()(experiments.experiments)
+app.command()(reports.reports)
 app.command()(solvers.families)
 app.command()(solvers.campaign)
 app.command()(solvers.check)

@@ -113,6 +113,20 @@ def stamp(subject: str) -> dict[str, Any]:
     return {"commit": commit(), "versions": versions(), "code": code_digest(*SUBJECTS[subject])}
 
 
+def is_current(data: Mapping[str, Any], subject: str) -> bool:
+    """Whether the stamp of a generated file, as plain data, is of the present code.
+
+    Parameters
+    ----------
+    data : mapping
+        The whole file; its stamp stands under ``made``, or under ``made`` of its ``volatile`` part.
+    subject : str
+        A key of `SUBJECTS`.
+    """
+    made = data.get("made") or data.get("volatile", {}).get("made") or {}
+    return bool(made.get("code") == code_digest(*SUBJECTS[subject]))
+
+
 def code_digest(*places: str) -> str:
     """SHA-256 of code that does not change with documentation: comments, docstrings and layout.
 
