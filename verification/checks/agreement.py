@@ -16,20 +16,10 @@ from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton.method import STATUSES, Newton
 from convexperc.solvers.osqp import Quadratic, is_quadratic
 from verification.checks.interface import REFEREED, Check, Observation
-from verification.exact import oracles, referee
-from verification.exact.oracles import square_root
-from verification.exact.rational import (
-    LARGE,
-    ULP,
-    Data,
-    drawn_point,
-    exact,
-    inner,
-    is_finite,
-    number,
-    share,
-    squares,
-)
+from verification.checks.measures import LARGE, ULP, drawn_point, is_finite, number, share
+from verification.exact import formulation, referee
+from verification.exact.numbers import inner, rationals, square_root, squares
+from verification.exact.problem import ExactProblem
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
@@ -79,8 +69,8 @@ def _judged(part: str, solution: Solution, truth: referee.Optimum) -> Observatio
     low, high = truth.value.lower, truth.value.upper
     lower, upper = solution.certificate.lower, solution.certificate.upper
     misses = lower > high or upper < low
-    value = oracles.objective(solution.problem, solution.w, solution.u)
-    gap, target = value.lower - high, squares(exact(solution.problem.o))
+    value = formulation.objective(solution.problem, solution.w, solution.u)
+    gap, target = value.lower - high, squares(rationals(solution.problem.o))
     measure = share(gap, high)
     where = f"[{lower!r}, {upper!r}], F* = {number(high)!r}, F(w, u) = {number(value.lower)!r}"
     other = solution.solver_status in FINISHED and gap > AWAY * target and _is_modest(solution.problem)
@@ -111,7 +101,7 @@ def observe_group_lasso(problem: Problem, source: Source) -> Iterator[Observatio
         lambda1=float(s * s), lambda2=problem.lambda2, lambda3=problem.lambda3,
     )  # fmt: skip
     w, u = drawn_point(problem, source)
-    data, z = Data.of(posed), exact(np.concatenate([w, u]))
+    data, z = ExactProblem.of(posed), rationals(np.concatenate([w, u]))
     zero, n, d = Fraction(0), problem.n, problem.d
     top = [[row[k] for row in data.X] + [zero] * d for k in range(d)]
     bottom = [[-s if i == j else zero for j in range(n)] + [s * x for x in data.X[i]] for i in range(n)]
@@ -121,7 +111,7 @@ def observe_group_lasso(problem: Problem, source: Source) -> Iterator[Observatio
     groups += [(tuple(n + k for k in group), data.lambda3) for group in data.groups]
     norms = [(weight, square_root(squares(z[k] for k in group))) for group, weight in groups]
     low, high = (loss + sum(weight * getattr(x, end) for weight, x in norms) for end in ("lower", "upper"))
-    value = oracles.objective(posed, w, u)
+    value = formulation.objective(posed, w, u)
     apart = max(low - value.upper, value.lower - high)
     detail = f"s = {s}: {number(low)!r}, F = {number(value.lower)!r}"
     yield Observation.of("F2/group_lasso", apart <= 0, share(apart, value.upper), detail)
@@ -129,7 +119,7 @@ def observe_group_lasso(problem: Problem, source: Source) -> Iterator[Observatio
 
 def observe_equal_columns(problem: Problem, source: Source) -> Iterator[Observation]:
     """Make two columns of a modality equal: their mean weight is strictly better, and the answer has it."""
-    part, groups = "F4/parallel", [g for g in Data.of(problem).groups if len(g) > 1]
+    part, groups = "F4/parallel", [g for g in ExactProblem.of(problem).groups if len(g) > 1]
     if not groups or problem.lambda3 == 0.0:
         reason = "lambda3 = 0" if groups else "no modality with two columns"
         yield Observation(part, Outcome.SKIPPED, detail=reason)
@@ -154,10 +144,10 @@ def _mean_is_no_better(problem: Problem, point: tuple[np.ndarray, np.ndarray], p
     (w, u), (first, second) = point, pair
     if u[first] == u[second]:
         return ""
-    before = oracles.rationals(u)
+    before = rationals(u)
     after = before.copy()
     after[first] = after[second] = (before[first] + before[second]) / 2
-    high, low = oracles.objective(problem, w, after), oracles.objective(problem, w, before)
+    high, low = formulation.objective(problem, w, after), formulation.objective(problem, w, before)
     if high.upper >= low.lower:
         return f"F = {number(low.lower)!r} at unequal weights, {number(high.upper)!r} at their mean"
     mean = u.copy()
@@ -178,7 +168,7 @@ def _equal_weights(solution: Solution, group: tuple[int, ...], pair: tuple[int, 
     part, proof = "F4/parallel", solution.certificate
     if solution.status is Status.NOT_CERTIFIED or not is_finite(solution.u, np.array(proof.gap)):
         return Observation(part, Outcome.UNDECIDED, detail="no finite gap is proved")
-    values = exact(solution.u[list(group)])
+    values = rationals(solution.u[list(group)])
     length = square_root(squares(values))
     apart = abs(Fraction(float(solution.u[pair[0]])) - Fraction(float(solution.u[pair[1]])))
     room = 4 * Fraction(proof.gap) * length.upper

@@ -11,9 +11,9 @@ from convexperc.solution import single as solving
 from convexperc.solution.answers import Answers
 from convexperc.solution.solution import Solution, Status
 from verification.checks.interface import REFEREED, Check, Observation
-from verification.exact import oracles, referee
-from verification.exact.oracles import Enclosure
-from verification.exact.rational import LARGEST_MEASURE, is_finite, number, share
+from verification.checks.measures import LARGEST_MEASURE, is_finite, number, share
+from verification.exact import formulation, referee
+from verification.exact.numbers import Enclosure
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
@@ -55,7 +55,7 @@ def _false_intervals(solution: Solution) -> list[str]:
     """F(w, u) against the interval, exactly: it may not lie below F*."""
     if not is_finite(solution.w, solution.u):
         return []
-    value = oracles.objective(solution.problem, solution.w, solution.u)
+    value = formulation.objective(solution.problem, solution.w, solution.u)
     lower = solution.certificate.lower
     return [f"lower {lower!r} > F(w, u) = {number(value.upper)!r}"] if lower > value.upper else []
 
@@ -97,7 +97,7 @@ def _single(problem: Problem) -> Enclosure:
     solution = solving.solve(problem)
     if not is_finite(solution.w, solution.u):
         return referee.optimum(problem).value
-    upper = oracles.objective(problem, solution.w, solution.u).upper
+    upper = formulation.objective(problem, solution.w, solution.u).upper
     return Enclosure(Fraction(solution.certificate.lower), upper)
 
 
@@ -111,7 +111,7 @@ def _false_answers(answers: Answers, j: int, problem: Problem, truth: Enclosure)
         if np.isfinite(gap):
             found.append(f"gap {gap!r} of a point that is not finite")
         return found
-    above = oracles.objective(problem, w, u).lower - truth.upper
+    above = formulation.objective(problem, w, u).lower - truth.upper
     if np.isfinite(gap) and above > Fraction(gap):
         found.append(f"F(w, u) - F* is {number(above)!r}, more than the gap {gap!r}")
     if answers.status(j) is Status.NOT_CERTIFIED:

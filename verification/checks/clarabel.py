@@ -7,7 +7,7 @@ from convexperc.solution import single as solving
 from convexperc.solution.solution import Status
 from verification.checks import raw
 from verification.checks.interface import Check, Observation
-from verification.exact.rational import LARGEST_MEASURE
+from verification.checks.measures import LARGEST_MEASURE
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 

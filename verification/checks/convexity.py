@@ -10,8 +10,10 @@ import numpy as np
 from convexperc.problem import formulation as library
 from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation
-from verification.exact.oracles import Enclosure, objective, rationals
-from verification.exact.rational import LARGE, ULP, Data, drawn_point, exact, number, share, squares, total
+from verification.checks.measures import LARGE, ULP, drawn_point, magnitudes, number, share, size, underflow
+from verification.exact.formulation import objective
+from verification.exact.numbers import Enclosure, rationals, squares, total
+from verification.exact.problem import ExactProblem
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
@@ -62,14 +64,14 @@ def _convex(inside: Enclosure, chord: Enclosure, excess: float) -> Observation:
 
 
 def _known(problem: Problem, w: np.ndarray, u: np.ndarray) -> _Known:
-    data, point = Data.of(problem), (exact(w), exact(u))
-    p, q = data.magnitudes(*point)
+    data, point = ExactProblem.of(problem), (rationals(w), rationals(u))
+    p, q = magnitudes(data, *point)
     views, modalities = total(map(abs, point[0])), total(map(abs, point[1]))
     terms = ((1, squares(p)), (data.lambda1, squares(q)), (data.lambda2, views), (data.lambda3, modalities))
-    magnitude = total(weight * size for weight, size in terms)
-    allowance = ROUNDING * data.shape * (ULP * magnitude + data.underflow(*point))
+    magnitude = total(weight * plain for weight, plain in terms)
+    allowance = ROUNDING * size(data) * (ULP * magnitude + underflow(data, *point))
     value = math.nan
-    if max(magnitude, *(size for _, size in terms)) < LARGE:
+    if max(magnitude, *(plain for _, plain in terms)) < LARGE:
         with np.errstate(all="ignore"):
             value = library.objective(problem, w, u)
     return _Known(objective(problem, w, u), value, allowance)

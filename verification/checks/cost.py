@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verification.checks.interface import Observation
-from verification.exact.operations import Counted, Counter, Row, counted, eliminated, inner
+from verification.checks.operations import Counted, Counter, Row, counted, eliminated, inner
 
 Numbers = NDArray[np.float64]
 

@@ -14,8 +14,10 @@ from convexperc.problem.problem import Problem
 from convexperc.solvers.paper import systems as paper_systems
 from convexperc.solvers.paper.variants import CORRECTED, PRINTED
 from verification.checks.interface import Check, Observation
-from verification.exact.oracles import Enclosure, Rationals, objective, rationals
-from verification.exact.rational import LARGE, ULP, Data, drawn_point, exact, inner, number, share
+from verification.checks.measures import LARGE, ULP, drawn_point, magnitudes, number, share, size, underflow
+from verification.exact.formulation import norms, objective, residuals
+from verification.exact.numbers import Enclosure, Rationals, inner, rationals
+from verification.exact.problem import ExactProblem
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
@@ -103,14 +105,14 @@ class _Place:
     u: FeatureVector
 
     @cached_property
-    def data(self) -> Data:
-        return Data.of(self.problem)
+    def data(self) -> ExactProblem:
+        return ExactProblem.of(self.problem)
 
     def slack(self, magnitude: Fraction) -> Fraction:
         """What rounding may change in a derivative."""
         data = self.data
-        underflow = data.underflow(exact(self.w), exact(self.u))
-        return ROUNDING * data.shape * (ULP * magnitude + underflow)
+        lost = underflow(data, rationals(self.w), rationals(self.u))
+        return ROUNDING * size(data) * (ULP * magnitude + lost)
 
     def quotients(self, which: int, index: int, step: Fraction) -> Enclosure:
         """(F(z) - F(z - h e)) / h <= dF/de <= (F(z + h e) - F(z)) / h."""
@@ -148,8 +150,8 @@ def _skipped(claim: str, reason: str) -> Iterator[Observation]:
 def _view(place: _Place, j: int) -> Slope:
     """dF/dw_j: 2 x_j'(X'w - o) - 2 lambda1 (Xu - w)_j, and lambda2/2 as printed or lambda2 sign(w_j)."""
     data, problem, w, u = place.data, place.problem, place.w, place.u
-    point = exact(w), exact(u)
-    (p, q), (sizes_p, sizes_q) = data.residuals(*point), data.magnitudes(*point)
+    point = rationals(w), rationals(u)
+    (p, q), (sizes_p, sizes_q) = residuals(data, *point), magnitudes(data, *point)
     smooth = 2 * inner(data.X[j], p) - 2 * data.lambda1 * q[j]
     magnitude = 2 * inner(map(abs, data.X[j]), sizes_p) + 2 * data.lambda1 * sizes_q[j] + data.lambda2
     printed = smooth + data.lambda2 / 2
@@ -173,12 +175,12 @@ def _view(place: _Place, j: int) -> Slope:
 def _feature(place: _Place, i: int, k: int) -> Slope:
     """dF/du_k: 2 lambda1 X_k'(Xu - w), and lambda3 u_k / ||u^i||, half of it as printed."""
     data, problem, w, u = place.data, place.problem, place.w, place.u
-    point = exact(w), exact(u)
-    q, sizes_q = data.residuals(*point)[1], data.magnitudes(*point)[1]
-    column = [row[k] for row in data.X]
+    point = rationals(w), rationals(u)
+    q, sizes_q = residuals(data, *point)[1], magnitudes(data, *point)[1]
+    column = data.columns[k]
     smooth = 2 * data.lambda1 * inner(column, q)
     magnitude = 2 * data.lambda1 * inner(map(abs, column), sizes_q) + data.lambda3
-    length = data.norms(point[1])[i]
+    length = norms(data, point[1])[i]
     slopes = sorted(data.lambda3 * point[1][k] / end for end in (length.lower, length.upper))
     true = float(paper_systems.derivative_u(problem, CORRECTED, w, u)[k])
     known: tuple[float, ...] = (true,)

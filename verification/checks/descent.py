@@ -17,16 +17,9 @@ from convexperc.solvers.paper.loop import run
 from verification.checks.interface import Check, Observation
 from verification.exact.algorithm import SingularStepError, Update
 from verification.exact.balls import UnresolvedError
+from verification.exact.formulation import objective
 from verification.exact.loop import Enclosures, Rise, rise_confirmed, step
-from verification.exact.oracles import (
-    Entries,
-    Rationals,
-    dot,
-    objective,
-    objects,
-    rational_vector,
-    square_root,
-)
+from verification.exact.numbers import Entries, Rationals, rationals, square_root, squares
 from verification.ledger.claims import ORDERS, READINGS
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
@@ -213,17 +206,17 @@ def own_objective(problem: Problem, trace: PaperTrace, w: Entries, u: Entries) -
     smoothed = trace.variant.name == "smoothed"
     factor = Fraction(1) if smoothed else Fraction(1, 2)
     eps = Fraction(trace.variant.eps or 0.0) if smoothed else Fraction(0)
-    squares = Problem(problem.X, problem.o, lambda1=problem.lambda1, lambda2=0.0, lambda3=0.0)
-    w_, u_ = rational_vector(w), rational_vector(u)
+    smooth = Problem(problem.X, problem.o, lambda1=problem.lambda1, lambda2=0.0, lambda3=0.0)
+    w_, u_ = rationals(w), rationals(u)
     views = sum((square_root(x * x + eps * eps).lower for x in w_), Fraction(0))
     blocks = [u_[columns] for columns in problem.modalities]
-    norms = sum((square_root(dot(b, b) + eps * eps).lower for b in blocks), Fraction(0))
+    norms = sum((square_root(squares(b) + eps * eps).lower for b in blocks), Fraction(0))
     penalty = Fraction(problem.lambda2) * views + Fraction(problem.lambda3) * norms
-    return objective(squares, w_, u_).lower + factor * penalty
+    return objective(smooth, w_, u_).lower + factor * penalty
 
 
 def _lower_ends(values: Enclosures) -> Rationals:
-    return objects([x.lower for x in values], (len(values),))
+    return rationals(x.lower for x in values)
 
 
 def _certificate(problem: Problem) -> Certificate | None:

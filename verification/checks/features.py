@@ -13,7 +13,7 @@ from convexperc.features import pictures as images
 from convexperc.features.configuration import BY_CHANNEL, JOINT, FeatureConfiguration
 from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation
-from verification.exact.rational import LARGEST_MEASURE
+from verification.checks.measures import LARGEST_MEASURE
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 

@@ -10,9 +10,10 @@ from convexperc.problem.problem import Problem
 from convexperc.recognition import label as recognizing
 from convexperc.recognition.recognition import Recognition, Verdict
 from verification.checks.interface import REFEREED, Check, Observation
+from verification.checks.measures import number
 from verification.exact import referee
-from verification.exact.oracles import Enclosure
-from verification.exact.rational import Data, exact, number, squares
+from verification.exact.numbers import Enclosure, rationals, squares
+from verification.exact.problem import ExactProblem
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
@@ -41,16 +42,16 @@ def observe(problem: Problem, source: Source) -> Iterator[Observation]:
         lambda1=lambda1, lambda2=lambda2, lambda3=lambda3,
     )  # fmt: skip
     values = [referee.optimum(posed.for_template(o)).value for o in library.templates]
-    yield _separated(found, values, [squares(exact(o)) for o in library.templates])
+    yield _separated(found, values, [squares(rationals(o)) for o in library.templates])
     yield _label(found, values)
     yield _share(
-        found, [_quotient(v, squares(exact(o))) for v, o in zip(values, library.templates, strict=True)]
+        found, [_quotient(v, squares(rationals(o))) for v, o in zip(values, library.templates, strict=True)]
     )
     yield _tie(found, library.twins)
 
 
 def _drawn(problem: Problem, source: Source) -> _Library:
-    group = next((g for g in Data.of(problem).groups if len(g) > 1), None)
+    group = next((g for g in ExactProblem.of(problem).groups if len(g) > 1), None)
     templates, twins, X = [problem.o], [0], problem.X
     kinds = (FRESH, COPY, NEGATED, SWAPPED) if group else (FRESH, COPY, NEGATED)
     for j in range(1, source.integer(2, 4)):

@@ -1,14 +1,19 @@
 """L1, L2, A1 and A2 by cases: the lemmas and the objective of the proof, at small rational vectors."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation
-from verification.exact.oracles import Enclosure, objective, square_root
-from verification.exact.rational import Data, Exact, drawn_point, exact, number, share, squares, total
+from verification.checks.measures import drawn_point, number, share
+from verification.exact.formulation import norms, objective, residuals
+from verification.exact.numbers import Enclosure, Rationals, rationals, square_root, squares, total
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
+
+Exact = Sequence[Fraction] | Rationals
+
+ENDS = ("lower", "upper")
 
 LARGEST = 4
 """Entries of the vectors are integers up to this, over one denominator up to this."""
@@ -103,11 +108,10 @@ def _at_rest(v: Exact) -> Observation:
 
 def appendix(problem: Problem, w: Exact, u: Exact) -> Enclosure:
     """||X'w - o||^2 + ||Xu - w||^2 + lambda2 ||w||_1 + lambda3 sum_i ||u^i||."""
-    data = Data.of(problem)
-    p, q = data.residuals(w, u)
-    value, norms = squares(p) + squares(q) + data.lambda2 * l1(w), data.norms(u)
-    low, high = (total(getattr(x, end) for x in norms) for end in ("lower", "upper"))
-    return Enclosure(value + data.lambda3 * low, value + data.lambda3 * high)
+    p, q = residuals(problem, w, u)
+    value, lengths = squares(p) + squares(q) + Fraction(problem.lambda2) * l1(w), norms(problem, u)
+    low, high = (Fraction(problem.lambda3) * total(getattr(x, end) for x in lengths) for end in ENDS)
+    return Enclosure(value + low, value + high)
 
 
 def observe_objectives(problem: Problem, source: Source) -> Iterator[Observation]:
@@ -118,7 +122,7 @@ def observe_objectives(problem: Problem, source: Source) -> Iterator[Observation
         lambda1=1.0, lambda2=problem.lambda2, lambda3=problem.lambda3,
     )  # fmt: skip
     for part, each in (("A1/objective", problem), ("A1/lambda1_one", one)):
-        stated, true = appendix(each, exact(w), exact(u)), objective(each, w, u)
+        stated, true = appendix(each, rationals(w), rationals(u)), objective(each, w, u)
         apart = max(stated.lower - true.upper, true.lower - stated.upper)
         detail = f"lambda1 = {each.lambda1!r}: {number(stated.lower)!r} for F = {number(true.lower)!r}"
         yield Observation.of(part, apart <= 0, share(apart, true.upper), detail)

@@ -10,8 +10,9 @@ from convexperc.problem.problem import Problem
 from convexperc.solvers.paper import LinearSolver, PaperTrace, Stop
 from convexperc.solvers.paper.loop import run
 from verification.checks.interface import Check, Observation
-from verification.exact.oracles import Rationals, objective, rationals, square_root
-from verification.exact.rational import drawn_point
+from verification.checks.measures import drawn_point
+from verification.exact.formulation import objective
+from verification.exact.numbers import Rationals, rationals, square_root
 from verification.ledger.claims import ORDERS, READINGS
 from verification.ledger.evidence import Outcome
 from verification.problems.families import EXTREME, FAMILIES

@@ -12,21 +12,21 @@ from convexperc.problem import formulation as library
 from convexperc.problem.problem import Problem
 from convexperc.solution import single as solving
 from verification.checks.interface import Check, Observation
-from verification.exact import referee
-from verification.exact.oracles import Enclosure
-from verification.exact.rational import (
+from verification.checks.measures import (
     LARGE,
     LARGEST_MEASURE,
     ULP,
-    Data,
-    Exact,
     drawn_point,
-    exact,
+    magnitudes,
     number,
     share,
-    squares,
-    total,
+    size,
+    underflow,
 )
+from verification.exact import referee
+from verification.exact.formulation import norms, residuals
+from verification.exact.numbers import Enclosure, Rationals, rationals, squares, total
+from verification.exact.problem import ExactProblem
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
@@ -49,7 +49,7 @@ class _Term:
 def observe_terms(problem: Problem, source: Source) -> Iterator[Observation]:
     """Compare each of the library's terms, and their sum, with exact arithmetic at a drawn point."""
     w, u = drawn_point(problem, source)
-    data, point = Data.of(problem), (exact(w), exact(u))
+    data, point = ExactProblem.of(problem), (rationals(w), rationals(u))
     true = _terms(data, *point)
     if max(max(term.size, term.plain) for term in true) > LARGE:
         yield Observation("B1/objective", Outcome.SKIPPED, detail="F may overflow float64 on the way")
@@ -57,26 +57,26 @@ def observe_terms(problem: Problem, source: Source) -> Iterator[Observation]:
     with np.errstate(all="ignore"):
         terms, value = library.terms(problem, w, u), library.objective(problem, w, u)
     found = [*(getattr(terms, name) for name in TERMS), value]
-    underflow = data.underflow(*point)
-    rooms = [UNITS * data.shape * (ULP * term.size + underflow) for term in true]
+    lost = underflow(data, *point)
+    rooms = [UNITS * size(data) * (ULP * term.size + lost) for term in true]
     yield _worst_term(found, [term.value for term in true], rooms)
 
 
-def _terms(data: Data, w: Exact, u: Exact) -> list[_Term]:
+def _terms(data: ExactProblem, w: Rationals, u: Rationals) -> list[_Term]:
     """The four terms, and F."""
-    (p, q), (sizes_p, sizes_q) = data.residuals(w, u), data.magnitudes(w, u)
-    views, norms = total(abs(x) for x in w), data.norms(u)
-    shortest, longest = total(x.lower for x in norms), total(x.upper for x in norms)
+    (p, q), (sizes_p, sizes_q) = residuals(data, w, u), magnitudes(data, w, u)
+    views, lengths = total(abs(x) for x in w), norms(data, u)
+    shortest, longest = total(x.lower for x in lengths), total(x.upper for x in lengths)
     parts = (
         (Fraction(1), squares(p), squares(p), squares(sizes_p)),
         (data.lambda1, squares(q), squares(q), squares(sizes_q)),
         (data.lambda2, views, views, views),
         (data.lambda3, shortest, longest, longest),
     )
-    found = [_Term(Enclosure(k * low, k * high), k * size, size) for k, low, high, size in parts]
+    found = [_Term(Enclosure(k * low, k * high), k * plain, plain) for k, low, high, plain in parts]
     ends = total(x.value.lower for x in found), total(x.value.upper for x in found)
-    size = total(x.size for x in found)
-    return [*found, _Term(Enclosure(*ends), size, size)]
+    whole = total(x.size for x in found)
+    return [*found, _Term(Enclosure(*ends), whole, whole)]
 
 
 def _worst_term(found: list[float], values: list[Enclosure], rooms: list[Fraction]) -> Observation:

@@ -9,7 +9,7 @@ from convexperc.problem.problem import Problem
 from convexperc.solution import single as solving
 from convexperc.solution.solution import Status
 from verification.checks.interface import Check, Observation
-from verification.exact.rational import number, share
+from verification.checks.measures import number, share
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 

@@ -12,8 +12,10 @@ from convexperc.problem.scaling import Scaling
 from convexperc.solution import single as solving
 from convexperc.solution.solution import Solution, Status
 from verification.checks.interface import Check, Observation
-from verification.exact import oracles
-from verification.exact.rational import Data, inner, number, share, squares
+from verification.checks.measures import number, share
+from verification.exact.formulation import dual_objective, is_dual_feasible, objective
+from verification.exact.numbers import inner, rationals, squares
+from verification.exact.problem import ExactProblem
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
@@ -39,7 +41,7 @@ def with_lambdas(problem: Problem, *, lambda2: float | None = None, lambda3: flo
 
 def observe_lambda2(problem: Problem, source: Source) -> Iterator[Observation]:
     """F* = ||o||^2 at the critical lambda2, by the dual point (-2o, 0); F* < ||o||^2 at 0.9 of it."""
-    part, data = "F3/critical_lambda2", Data.of(problem)
+    part, data = "F3/critical_lambda2", ExactProblem.of(problem)
     low, high = critical.lambda2_max(problem)
     correlations = [2 * inner(row, data.o) for row in data.X]
     true = max(abs(x) for x in correlations)
@@ -57,9 +59,9 @@ def observe_lambda2(problem: Problem, source: Source) -> Iterator[Observation]:
 
 def _zero_is_not_optimal(problem: Problem) -> str:
     """What contradicts F* = ||o||^2; empty if nothing."""
-    target = squares(Fraction(float(x)) for x in problem.o)
-    a, b = -2 * oracles.rationals(problem.o), oracles.rationals([0.0] * problem.n)
-    if not oracles.is_dual_feasible(problem, a, b) or oracles.dual_objective(problem, a, b) != target:
+    target = squares(rationals(problem.o))
+    a, b = -2 * rationals(problem.o), rationals([0.0] * problem.n)
+    if not is_dual_feasible(problem, a, b) or dual_objective(problem, a, b) != target:
         return f"(-2o, 0) proves nothing at lambda2 = {problem.lambda2!r}"
     if not critical.zero_is_optimal(problem):
         return f"`zero_is_optimal` denies it at lambda2 = {problem.lambda2!r}"
@@ -71,11 +73,11 @@ def _zero_is_not_optimal(problem: Problem) -> str:
 
 def _zero_is_optimal_below(problem: Problem, j: int, correlation: Fraction) -> str:
     """What contradicts F* < ||o||^2, shown by w = s e_j, u = 0; empty if nothing."""
-    data = Data.of(problem)
+    data = ExactProblem.of(problem)
     step = (abs(correlation) - data.lambda2) / (2 * (squares(data.X[j]) + data.lambda1))
-    w, u = oracles.rationals([0.0] * problem.n), oracles.rationals([0.0] * problem.d)
+    w, u = rationals([0.0] * problem.n), rationals([0.0] * problem.d)
     w[j] = step if correlation > 0 else -step
-    value, target = oracles.objective(problem, w, u).upper, squares(data.o)
+    value, target = objective(problem, w, u).upper, squares(data.o)
     if not value < target:
         return f"lambda2 = {problem.lambda2!r}: F = {number(value)!r} is not below {number(target)!r}"
     if critical.zero_is_optimal(problem):

@@ -6,7 +6,7 @@ from math import floor
 from typing import Any
 
 from verification.exact.loop import Iterate
-from verification.exact.oracles import Enclosure
+from verification.exact.numbers import Enclosure
 
 LONGEST = 40
 """Longer fractions are written as an interval with `DIGITS` significant digits, rounded outwards."""

@@ -10,10 +10,11 @@ from verification.counterexamples.confirmation import Confirmation, Line, minus,
 from verification.counterexamples.record import Record, numbers_of
 from verification.exact.algorithm import SingularStepError, Update
 from verification.exact.balls import UnresolvedError
+from verification.exact.formulation import objective
 from verification.exact.loop import Iterate, image, iterates, step
-from verification.exact.optimality import is_optimal, optimum_bounds, value
-from verification.exact.oracles import Enclosure
-from verification.exact.problem import ExactProblem, Rational
+from verification.exact.numbers import Enclosure, Rational
+from verification.exact.optimality import is_optimal, optimum_bounds
+from verification.exact.problem import ExactProblem
 
 SHOWN_AFTER = 3
 """Iterations shown after a zero has locked or a cycle has closed."""
@@ -52,8 +53,8 @@ def confirm_wrong_limit(record: Record) -> Confirmation:
     least = f"F >= {shown(point(stays.lower))} > F* = {shown(optimum)}"
     if "limit" in record.fields:
         limit = _point(record, "limit")
-        found["F_limit"] = text(value(problem, *limit))
-        least += f"; F = {shown(value(problem, *limit))} at the fixed point"
+        found["F_limit"] = text(objective(problem, *limit))
+        least += f"; F = {shown(objective(problem, *limit))} at the fixed point"
         caught = caught and _is_fixed(record, problem, limit)
     finding = f"from iteration {k} on {what}: {least}"
     if not caught:
@@ -115,7 +116,7 @@ def confirm_locked(record: Record) -> Confirmation:
     weights = [problem.lambda2 if j < problem.n else problem.lambda3 for j in zeros]
     stuck = all(weights) and all((*at.w, *at.u)[j] == point(0) for at in course[k:] for j in zeros)
     best, better = _point(record, "best"), _point(record, "better")
-    lowest, other, optimum = value(problem, *best), value(problem, *better), optimum_bounds(problem)
+    lowest, other, optimum = objective(problem, *best), objective(problem, *better), optimum_bounds(problem)
     proved = is_optimal(problem, *best, held=zeros)
     found = {
         "F": [text(at.F) for at in course],

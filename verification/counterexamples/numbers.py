@@ -6,13 +6,14 @@ from itertools import pairwise
 from typing import Any
 
 from convexperc.errors import FileFormatError
+from verification.checks.operations import eliminate
 from verification.counterexamples.confirmation import Confirmation, Side, minus, point, shown, text
 from verification.counterexamples.loops import the_problem
 from verification.counterexamples.record import Record, numbers_of
-from verification.exact.operations import eliminate
-from verification.exact.optimality import dot, is_optimal, rational_root, residuals, value
-from verification.exact.oracles import Enclosure
-from verification.exact.problem import ExactProblem, Rational
+from verification.exact.formulation import norms, objective, residuals
+from verification.exact.numbers import Enclosure, Rational, inner, squares
+from verification.exact.optimality import is_optimal
+from verification.exact.problem import ExactProblem
 
 EXPONENT_SLACK = Fraction(1, 2)
 """Beyond the claimed exponent; it makes the growth from n to 2n a comparison of whole numbers."""
@@ -23,18 +24,18 @@ def confirm_inequality(record: Record) -> Confirmation:
     relation = record.fields["relation"]
     if relation == "l1-analogue":
         v, t = (numbers_of(record, record.fields[name], name) for name in "vt")
-        left, right = _one(t) - dot(t, t) / (2 * _one(v)), _one(v) - dot(v, v) / (2 * _one(v))
+        left, right = _one(t) - squares(t) / (2 * _one(v)), _one(v) - squares(v) / (2 * _one(v))
         return _compared(("the left side", left), ("the right side", right), fails=left > right, sign=">")
     if relation == "substitution":
         v, w = (numbers_of(record, record.fields[name], name) for name in "vw")
         left = sum((x * x / (2 * abs(y)) for x, y in zip(w, v, strict=True)), Fraction(0))
-        right = dot(w, w) / (2 * _one(v))
+        right = squares(w) / (2 * _one(v))
         return _compared(("w'D w", left), ("||w||^2/(2||v||_1)", right), fails=left != right, sign="!=")
     if relation == "appendix-objective":
         problem, (w, u) = the_problem(record), _point(record, record.fields)
         _, q = residuals(problem, w, u)
-        ours = value(problem, w, u)
-        theirs = minus(ours, point((problem.lambda1 - 1) * dot(q, q)))
+        ours = objective(problem, w, u)
+        theirs = minus(ours, point((problem.lambda1 - 1) * squares(q)))
         apart = theirs.lower > ours.upper or theirs.upper < ours.lower
         return _sides(("the objective of the appendix", theirs), ("F of Eq. (full)", ours), apart, "!=")
     known = "l1-analogue, substitution, appendix-objective"
@@ -54,10 +55,10 @@ def confirm_derivative(record: Record) -> Confirmation:
     def moved(sign: int) -> Enclosure:
         change = [sign * x for x in shift]
         if name == "w":
-            return value(problem, tuple(x + c for x, c in zip(w, change, strict=True)), u)
-        return value(problem, w, tuple(x + c for x, c in zip(u, change, strict=True)))
+            return objective(problem, tuple(x + c for x, c in zip(w, change, strict=True)), u)
+        return objective(problem, w, tuple(x + c for x, c in zip(u, change, strict=True)))
 
-    here = value(problem, w, u)
+    here = objective(problem, w, u)
     low, high = minus(here, moved(-1)).lower / h, minus(moved(1), here).upper / h
     printed = _printed_w(problem, w, u, index) if name == "w" else _printed_u(problem, w, u, index)
     true = Enclosure(low, high)
@@ -72,15 +73,14 @@ def confirm_derivative(record: Record) -> Confirmation:
 
 def _printed_w(problem: ExactProblem, w: Rational, u: Rational, j: int) -> Enclosure:
     p, q = residuals(problem, w, u)
-    smooth = 2 * dot(problem.X[j], p) - 2 * problem.lambda1 * q[j]
+    smooth = 2 * inner(problem.X[j], p) - 2 * problem.lambda1 * q[j]
     return point(smooth + problem.lambda2 * w[j] / (2 * w[j]))
 
 
 def _printed_u(problem: ExactProblem, w: Rational, u: Rational, k: int) -> Enclosure:
     _, q = residuals(problem, w, u)
-    smooth = 2 * problem.lambda1 * dot(problem.columns[k], q)
-    group = next(group for group in problem.groups if k in group)
-    size = rational_root(dot(*[[u[j] for j in group]] * 2))
+    smooth = 2 * problem.lambda1 * inner(problem.columns[k], q)
+    size = norms(problem, u)[next(i for i, group in enumerate(problem.groups) if k in group)]
     ends = sorted(smooth + problem.lambda3 * u[k] / (2 * end) for end in (size.lower, size.upper))
     return Enclosure(*ends)
 
@@ -118,7 +118,7 @@ def confirm_tie(record: Record) -> Confirmation:
         posed = problem.for_template(numbers_of(record, template["o"], "o"))
         w, u = _point(record, template)
         proved = proved and is_optimal(posed, w, u)
-        values.append(value(posed, w, u))
+        values.append(objective(posed, w, u))
     tied = len(values) > 1 and all(each.width == 0 and each == values[0] for each in values)
     sides = tuple(
         Side(f"F* of o = ({', '.join(template['o'])})", each)

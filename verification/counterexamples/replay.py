@@ -18,7 +18,7 @@ from verification.counterexamples.given import in_words
 from verification.counterexamples.kinds import confirm
 from verification.counterexamples.loops import with_iterations
 from verification.counterexamples.record import Record
-from verification.exact.oracles import Enclosure
+from verification.exact.numbers import Enclosure
 from verification.ledger.claims import PARTS
 
 if TYPE_CHECKING:

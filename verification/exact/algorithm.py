@@ -1,4 +1,4 @@
-"""One iteration of Algorithm 1 in exact arithmetic, in every reading, derived anew from the paper's box.
+"""One iteration of Algorithm 1 in exact arithmetic, in every variant, derived anew from the paper's box.
 
 Two arithmetics: rationals wherever every size in D^w and D^u is rational, and balls (midpoint and radius,
 python-flint's `arb`) of 256 bits or more elsewhere. Every answer holds: a ball contains the true number.
@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from flint import arb, arb_mat, fmpq, fmpq_mat
+from flint import arb, arb_mat, fmpq, fmpq_mat, fmpz_mat
 
 from convexperc.errors import InputError, SolverError
 from convexperc.problem.problem import Problem
@@ -105,28 +105,18 @@ class Update:
         return root(square + exact(self.eps * self.eps))
 
 
-class Data:
-    """The data of a problem as flint's rationals, and the products that every step needs."""
+class Systems:
+    """The linear systems of Algorithm 1 for one problem, and the products that every step needs."""
 
     def __init__(self, problem: Problem | ExactProblem) -> None:
-        source = problem if isinstance(problem, ExactProblem) else ExactProblem.of(problem)
-        self.source, self.n, self.d, self.groups = source, source.n, source.d, source.groups
-        self.rows = [[exact(x) for x in row] for row in source.X]
-        self.columns = [list(column) for column in zip(*self.rows, strict=True)]
-        self.o = [exact(x) for x in source.o]
-        self.lambda1, self.lambda2, self.lambda3 = (exact(x) for x in source.lambdas)
-        X = fmpq_mat(self.n, self.d, [x for row in self.rows for x in row])
-        self.X = X
-        self.views, self.features = (X * X.transpose()).tolist(), (X.transpose() * X).tolist()
-
-    def objective(self, w: Numbers, u: Numbers) -> Any:
-        """F(w, u), a rational or a ball."""
-        p = [inner(column, w) - target for column, target in zip(self.columns, self.o, strict=True)]
-        q = [inner(row, u) - weight for row, weight in zip(self.rows, w, strict=True)]
-        value = inner(p, p) + self.lambda1 * inner(q, q)
-        value += self.lambda2 * sum((abs(x) for x in w), fmpq(0))
-        blocks = ([u[k] for k in group] for group in self.groups)
-        return value + self.lambda3 * sum((root(inner(v, v)) for v in blocks), fmpq(0))
+        data = ExactProblem.of(problem)
+        self.n, self.d, self.groups = data.n, data.d, data.groups
+        self.o = [fmpq(x, data.target_unit) for x in data.target]
+        self.lambda1, self.lambda2, self.lambda3 = (exact(x) for x in data.lambdas)
+        self.X = fmpq_mat(fmpz_mat([list(row) for row in data.rows])) / data.unit
+        transposed = self.X.transpose()
+        self.rows, self.columns = self.X.tolist(), transposed.tolist()
+        self.views, self.features = (self.X * transposed).tolist(), (transposed * self.X).tolist()
 
     def start(self) -> tuple[Numbers, Numbers]:
         """Line 2: w = argmin ||X'w - o||, then u = argmin ||Xu - w||, each of least norm, exactly.

@@ -1,6 +1,6 @@
 """Numbers for exact runs: rationals while they last, then balls that contain the true number."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
@@ -9,7 +9,7 @@ import flint
 from flint import arb, fmpq
 
 from convexperc.errors import SolverError
-from verification.exact.oracles import Enclosure
+from verification.exact.numbers import Enclosure
 
 Numbers = list[Any]
 """fmpq, or arb where a number is not rational or is too long."""
@@ -31,13 +31,12 @@ def precision(bits: int) -> Iterator[None]:
 
 
 def exact(value: Fraction | float) -> Any:
-    """A float or a Fraction as the rational that it is."""
-    value = Fraction(value)
-    return fmpq(value.numerator, value.denominator)
+    """Return a finite float or a Fraction as FLINT's rational of the same value."""
+    return fmpq(*(value if isinstance(value, Fraction) else float(value)).as_integer_ratio())
 
 
 def root(square: Any) -> Any:
-    """The square root: rational if it is one, else a ball."""
+    """Return the square root: rational if it is one, else a ball."""
     if isinstance(square, fmpq):
         above, below = square.numer(), square.denom()
         if above.is_square() and below.is_square():
@@ -47,12 +46,12 @@ def root(square: Any) -> Any:
 
 
 def inner(x: Numbers, y: Numbers) -> Any:
-    """x'y; a number times itself is a product of two equal balls, never a power."""
+    """Return x'y; a number times itself is a product of two equal balls, never a power."""
     return sum((a * b for a, b in zip(x, y, strict=True)), fmpq(0))
 
 
 def enclosed(value: Any) -> Enclosure:
-    """A rational as itself, a ball as its two ends, exactly.
+    """Enclose a rational by itself, a ball by its two ends, exactly.
 
     Raises
     ------
@@ -66,3 +65,18 @@ def enclosed(value: Any) -> Enclosure:
         raise UnresolvedError("a ball", value=str(value), must="must be finite", remedy="Use more bits.")
     low, high = (end.man_exp() for end in (value.lower(), value.upper()))
     return Enclosure(*(int(man) * Fraction(2) ** int(power) for man, power in (low, high)))
+
+
+def ball(x: Enclosure) -> Any:
+    """Return a ball that contains the enclosed number; a rational where the width is 0."""
+    if x.width == 0:
+        return exact(x.lower)
+    return arb(exact((x.lower + x.upper) / 2), exact(x.width / 2))
+
+
+def uniform(values: Iterable[Any]) -> list[Any]:
+    """Return Fractions where all numbers are rational, else balls for all."""
+    numbers = list(values)
+    if all(isinstance(x, fmpq) for x in numbers):
+        return [enclosed(x).lower for x in numbers]
+    return [arb(x) for x in numbers]

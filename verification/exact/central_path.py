@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from verification.exact.oracles import Rationals, objects
+from verification.exact.numbers import Rationals, objects
 
 Decimals = NDArray[Any]
 """An object array of Decimals."""

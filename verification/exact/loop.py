@@ -13,10 +13,11 @@ from flint import arb, fmpq
 from numpy.typing import NDArray
 
 from convexperc.problem.problem import Problem
-from verification.exact.algorithm import Data, SingularStepError, Update
-from verification.exact.balls import Numbers, UnresolvedError, enclosed, exact, precision
-from verification.exact.oracles import Enclosure
-from verification.exact.problem import ExactProblem, Rational
+from verification.exact.algorithm import SingularStepError, Systems, Update
+from verification.exact.balls import Numbers, UnresolvedError, ball, enclosed, exact, precision, uniform
+from verification.exact.formulation import objective
+from verification.exact.numbers import Enclosure, Rational
+from verification.exact.problem import ExactProblem
 
 T = TypeVar("T")
 
@@ -58,7 +59,7 @@ class Rise:
 
 def start(problem: Problem | ExactProblem) -> tuple[Rational, Rational]:
     """Return the exact start: w = argmin ||X'w - o||, then u = argmin ||Xu - w||, each of least norm."""
-    w, u = Data(problem).start()
+    w, u = Systems(problem).start()
     return _fractions(w), _fractions(u)
 
 
@@ -74,19 +75,13 @@ def step(
     UnresolvedError
         4096 bits do not tell.
     """
-    data, point = Data(problem), (_numbers(w), _numbers(u))
+    systems, point = Systems(problem), (_numbers(w), _numbers(u))
 
     def once() -> tuple[Enclosures, Enclosures]:
-        new_w, new_u = data.step(update, *point)
+        new_w, new_u = systems.step(update, *point)
         return _enclosures(new_w), _enclosures(new_u)
 
     return _with_bits(once)
-
-
-def objective(problem: Problem | ExactProblem, w: Given, u: Given) -> Enclosure:
-    """Enclose F(w, u) at a rational point; exact unless the norm of a modality is irrational."""
-    data, point = Data(problem), (_numbers(w), _numbers(u))
-    return _with_bits(lambda: enclosed(data.objective(*point)))
 
 
 def iterates(
@@ -101,9 +96,10 @@ def iterates(
     UnresolvedError
         4096 bits do not tell.
     """
-    data = Data(problem)
-    first = data.start() if origin is None else (_numbers(origin[0]), _numbers(origin[1]))
-    return _with_bits(lambda: _run(data, update, first, count))
+    data = ExactProblem.of(problem)
+    systems = Systems(data)
+    first = systems.start() if origin is None else (_numbers(origin[0]), _numbers(origin[1]))
+    return _with_bits(lambda: _run(data, systems, update, first, count))
 
 
 def rise_confirmed(
@@ -130,14 +126,14 @@ def rise_confirmed(
     UnresolvedError
         4096 bits do not tell the update itself.
     """
-    data, point = Data(problem), (_numbers(w), _numbers(u))
-    before = _with_bits(lambda: enclosed(data.objective(*point)))
-    after: Enclosure | None = None
+    data = ExactProblem.of(problem)
+    systems, point = Systems(data), (_numbers(w), _numbers(u))
+    before, after = _objective(data, *point, PRECISIONS[0]), None
     for bits in PRECISIONS:
         with precision(bits):
             try:
-                new = data.step(update, *point, balls=bits == PRECISIONS[0])
-                before, after = enclosed(data.objective(*point)), enclosed(data.objective(*new))
+                new = systems.step(update, *point, balls=bits == PRECISIONS[0])
+                before, after = _objective(data, *point, bits), _objective(data, *new, bits)
             except SingularStepError:
                 return Rise(False, before, None)
             except UnresolvedError:
@@ -161,19 +157,20 @@ def image(
     UnresolvedError
         The box is too large.
     """
-    data = Data(problem)
     with precision(PRECISIONS[0]):
-        point = [_ball(x) for x in w], [_ball(x) for x in u]
-        new_w, new_u = data.step(update, *point, balls=True)
-        return _enclosures(new_w), _enclosures(new_u), enclosed(data.objective(*point))
+        point = [ball(x) for x in w], [ball(x) for x in u]
+        new_w, new_u = Systems(problem).step(update, *point, balls=True)
+        return _enclosures(new_w), _enclosures(new_u), _objective(problem, *point, PRECISIONS[0])
 
 
-def _run(data: Data, update: Update, first: tuple[Numbers, Numbers], count: int) -> tuple[Iterate, ...]:
+def _run(
+    data: ExactProblem, systems: Systems, update: Update, first: tuple[Numbers, Numbers], count: int
+) -> tuple[Iterate, ...]:
     w, u = first
     found = [_iterate(data, w, u)]
     for _ in range(count):
         try:
-            w, u = data.step(update, w, u)
+            w, u = systems.step(update, w, u)
         except SingularStepError:
             break
         if any(_bits(x) > LONGEST for x in (*w, *u)):
@@ -182,8 +179,13 @@ def _run(data: Data, update: Update, first: tuple[Numbers, Numbers], count: int)
     return tuple(found)
 
 
-def _iterate(data: Data, w: Numbers, u: Numbers) -> Iterate:
-    return Iterate(_enclosures(w), _enclosures(u), enclosed(data.objective(w, u)))
+def _iterate(data: ExactProblem, w: Numbers, u: Numbers) -> Iterate:
+    return Iterate(_enclosures(w), _enclosures(u), _objective(data, w, u, PRECISIONS[0]))
+
+
+def _objective(data: ExactProblem, w: Numbers, u: Numbers, bits: int) -> Enclosure:
+    """F where w and u may be rationals and balls mixed; irrational norms of rationals to `bits` bits."""
+    return objective(data, uniform(w), uniform(u), bits=bits)
 
 
 def _bits(x: Any) -> int:
@@ -206,14 +208,8 @@ def _with_bits(compute: Callable[[], T]) -> T:
     raise AssertionError("unreachable: the last precision returns or raises")
 
 
-def _ball(x: Enclosure) -> Any:
-    if x.width == 0:
-        return exact(x.lower)
-    return arb(exact((x.lower + x.upper) / 2), exact(x.width / 2))
-
-
 def _numbers(values: Given) -> Numbers:
-    return [exact(value if isinstance(value, Fraction) else float(value)) for value in values]
+    return [exact(value) for value in values]
 
 
 def _enclosures(values: Numbers) -> Enclosures:

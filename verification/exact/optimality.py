@@ -1,4 +1,4 @@
-"""F, its optimality conditions and F* of a problem over the rationals.
+"""The optimality conditions and F* of a problem over the rationals.
 
 A second derivation: it uses no formula of `convexperc`.
 """
@@ -8,36 +8,10 @@ from fractions import Fraction
 from math import lcm
 
 from convexperc.errors import ProblemError
-from verification.exact.oracles import Enclosure, square_root
-from verification.exact.problem import ExactProblem, Rational
+from verification.exact.formulation import residuals
+from verification.exact.numbers import Enclosure, Rational, inner, squares
+from verification.exact.problem import ExactProblem
 from verification.exact.referee import optimum
-
-
-def dot(x: Sequence[Fraction], y: Sequence[Fraction]) -> Fraction:
-    """The exact inner product."""
-    return sum((a * b for a, b in zip(x, y, strict=True)), Fraction(0))
-
-
-def residuals(problem: ExactProblem, w: Rational, u: Rational) -> tuple[Rational, Rational]:
-    """Return p = X'w - o, shape (d,), and q = Xu - w, shape (n,)."""
-    p = tuple(dot(column, w) - target for column, target in zip(problem.columns, problem.o, strict=True))
-    q = tuple(dot(row, u) - weight for row, weight in zip(problem.X, w, strict=True))
-    return p, q
-
-
-def value(problem: ExactProblem, w: Rational, u: Rational) -> Enclosure:
-    """Enclose F(w, u) at a rational point; exact where the norms of the u^i are rational."""
-    p, q = residuals(problem, w, u)
-    smooth = dot(p, p) + problem.lambda1 * dot(q, q) + problem.lambda2 * sum(map(abs, w), Fraction(0))
-    roots = [rational_root(dot(v, v)) for v in ([u[j] for j in group] for group in problem.groups)]
-    low, high = (sum((getattr(r, end) for r in roots), Fraction(0)) for end in ("lower", "upper"))
-    return Enclosure(smooth + problem.lambda3 * low, smooth + problem.lambda3 * high)
-
-
-def rational_root(square: Fraction) -> Enclosure:
-    """Enclose sqrt(square); exact if the root is rational, not only if it is dyadic."""
-    whole = square_root(Fraction(square.numerator * square.denominator))
-    return Enclosure(whole.lower / square.denominator, whole.upper / square.denominator)
 
 
 def is_optimal(problem: ExactProblem, w: Rational, u: Rational, held: Sequence[int] = ()) -> bool:
@@ -64,11 +38,11 @@ def is_optimal(problem: ExactProblem, w: Rational, u: Rational, held: Sequence[i
     if any((*w, *u)[j] for j in held):
         return False
     views = all(
-        _balanced([dot(row, a) - b[j]], [w[j]], problem.lambda2)
+        _balanced([inner(row, a) - b[j]], [w[j]], problem.lambda2)
         for j, row in enumerate(problem.X)
         if j not in held
     )
-    pull = [dot(column, b) for column in problem.columns]
+    pull = [inner(column, b) for column in problem.columns]
     return views and all(
         _balanced([pull[k] for k in group], [u[k] for k in group], problem.lambda3)
         for group in problem.groups
@@ -79,16 +53,14 @@ def is_optimal(problem: ExactProblem, w: Rational, u: Rational, held: Sequence[i
 def _balanced(slope: Sequence[Fraction], point: Sequence[Fraction], weight: Fraction) -> bool:
     """Whether 0 lies in slope + weight times the subdifferential of the length at `point`."""
     if not any(point):
-        return dot(slope, slope) <= weight * weight
-    parallel = dot(slope, slope) * dot(point, point) == dot(slope, point) ** 2
-    opposite = dot(slope, point) <= 0 if weight else not any(slope)
-    return parallel and opposite and dot(slope, slope) == weight * weight
+        return squares(slope) <= weight * weight
+    parallel = squares(slope) * squares(point) == inner(slope, point) ** 2
+    opposite = inner(slope, point) <= 0 if weight else not any(slope)
+    return parallel and opposite and squares(slope) == weight * weight
 
 
 def optimum_bounds(problem: ExactProblem) -> Enclosure:
     """Enclose F*, proved: the referee's interval of the same problem in whole numbers, scaled back.
-
-    Formula: X by s, o by t, lambda1 by s^2, lambda2 by s t, lambda3 by s^2 t multiply F* by t^2.
 
     Raises
     ------
@@ -98,13 +70,10 @@ def optimum_bounds(problem: ExactProblem) -> Enclosure:
     found = problem.in_floats()
     if found is not None:
         return optimum(found).value
-    s = lcm(*(x.denominator for row in problem.X for x in row), problem.lambda1.denominator)
-    scaled_weights = (problem.lambda2 * s, problem.lambda3 * s * s)
-    t = lcm(*(x.denominator for x in (*problem.o, *scaled_weights)))
-    X = tuple(tuple(x * s for x in row) for row in problem.X)
-    o = tuple(x * t for x in problem.o)
-    l1, l2, l3 = problem.lambda1 * s * s, problem.lambda2 * s * t, problem.lambda3 * s * s * t
-    whole = ExactProblem(X, o, problem.groups, l1, l2, l3).in_floats()
+    s = lcm(problem.unit, problem.lambda1.denominator)
+    weights = problem.lambda2 * s, problem.lambda3 * s * s
+    t = lcm(problem.target_unit, *(x.denominator for x in weights))
+    whole = problem.scaled(Fraction(s), Fraction(t)).in_floats()
     if whole is None:
         remedy = "Give data with smaller denominators."
         raise ProblemError("rational data", value=problem, must="must fit into float64", remedy=remedy)

@@ -4,11 +4,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from flint import fmpq_mat
 
 from convexperc.certificate.certificate import Certificate
 from convexperc.problem.problem import Problem
+from verification.exact.balls import exact
 from verification.exact.central_path import AGGRESSIVE, CONSERVATIVE, Central, Quadratic, follow
-from verification.exact.oracles import Enclosure, Rationals, Reduced, dot, objective, square_root, times
+from verification.exact.formulation import objective
+from verification.exact.numbers import Enclosure, Rationals, fractions, inner, objects, square_root, times
+from verification.exact.problem import ExactProblem
 
 ATTEMPTS = (
     *((80, AGGRESSIVE), (80, CONSERVATIVE)),
@@ -53,6 +57,36 @@ class Optimum:
     def tight(self) -> bool:
         """Whether the enclosure is as narrow as `TIGHT`."""
         return self.relative_width <= TIGHT
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """All that F* depends on, in n dimensions: G = X X', c = X o, ||o||^2 and K_i = X_i X_i', exactly.
+
+    Formula: u^i may be taken in the row space of X_i, so that u enters through X_i u^i and ||u^i|| alone.
+
+    Attributes
+    ----------
+    G : Fractions (n, n)
+    c : Fractions (n,)
+    target : Fraction
+    K : tuple of m Fractions (n, n)
+    """
+
+    G: Rationals
+    c: Rationals
+    target: Fraction
+    K: tuple[Rationals, ...]
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Reduced":
+        """Multiply out."""
+        data = ExactProblem.of(problem)
+        X, o = np.array(data.rows, dtype=object), np.array(data.target, dtype=object)
+        blocks = [X[:, group] for group in data.groups]
+        K = tuple(fractions(B @ B.T, data.unit**2) for B in blocks)
+        c = fractions(X @ o, data.unit * data.target_unit)
+        return cls(sum(K[1:], K[0]), c, Fraction(o @ o, data.target_unit**2), K)
 
 
 def optimum(problem: Problem) -> Optimum:
@@ -116,10 +150,13 @@ def _bounds(reduced: Reduced, problem: Problem, point: Central, P: Rationals | N
     elif lambda1 and P is not None:
         b = -2 * lambda1 * times(P, w)
     views = np.array([abs(x) for x in Xa - b], dtype=object)
-    norms = [square_root(dot(b, times(K, b))) for K in reduced.K] if lambda1 and lambda3 and any(b) else []
-    linear = 2 * (reduced.target - dot(reduced.c, w))
+    norms = [square_root(inner(b, times(K, b))) for K in reduced.K] if lambda1 and lambda3 and any(b) else []
+    linear = 2 * (reduced.target - inner(reduced.c, w))
     square = (
-        dot(w, Gw) - 2 * dot(reduced.c, w) + reduced.target + (dot(b, b) / (4 * lambda1) if lambda1 else 0)
+        inner(w, Gw)
+        - 2 * inner(reduced.c, w)
+        + reduced.target
+        + (inner(b, b) / (4 * lambda1) if lambda1 else 0)
     )
     limits = [lambda2 / x for x in views if x] + [lambda3 / x.upper for x in norms if x.upper]
     s = min([linear / (2 * square) if square else Fraction(1), *limits])
@@ -139,60 +176,56 @@ def _primal(
     lambda1, lambda2, lambda3 = (Fraction(x) for x in problem.lambdas)
     w, (Gw, pull) = point.w, products
     value = (
-        dot(w, Gw) - 2 * dot(reduced.c, w) + reduced.target + lambda2 * sum((abs(x) for x in w), Fraction(0))
+        inner(w, Gw)
+        - 2 * inner(reduced.c, w)
+        + reduced.target
+        + lambda2 * sum((abs(x) for x in w), Fraction(0))
     )
     if not (lambda1 and lambda3):
-        return value + (lambda1 * dot(w, times(P, w)) if P is not None else 0)
+        return value + (lambda1 * inner(w, times(P, w)) if P is not None else 0)
     Xu = np.array([Fraction(0)] * problem.n)
     for rho, Kb in zip(point.rho, pull, strict=True) if pull else ():
         Xu = Xu - rho * Kb
-        value += lambda3 * abs(rho) * square_root(dot(point.b, Kb)).upper
+        value += lambda3 * abs(rho) * square_root(inner(point.b, Kb)).upper
     q = Xu - w
-    return min(value + lambda1 * dot(q, q), reduced.target)
-
-
-def _eliminated(A: Rationals) -> tuple[Rationals, list[int]]:
-    """Reduced row echelon form over the rationals, and its pivot columns."""
-    work = A.copy()
-    pivots: list[int] = []
-    for column in range(A.shape[1]):
-        row = next((i for i in range(len(pivots), A.shape[0]) if work[i, column]), None)
-        if row is None:
-            continue
-        top = len(pivots)
-        work[[top, row]] = work[[row, top]]
-        work[top] = work[top] / work[top, column]
-        for i in range(A.shape[0]):
-            if i != top and work[i, column]:
-                work[i] = work[i] - work[i, column] * work[top]
-        pivots.append(column)
-    return work, pivots
+    return min(value + lambda1 * inner(q, q), reduced.target)
 
 
 def _solve(G: Rationals, c: Rationals) -> Rationals:
     """Return one w with G w = c exactly (c lies in the range of G)."""
-    form, pivots = _eliminated(np.concatenate([G, c[:, None]], axis=1))
+    form, pivots = _echelon(np.concatenate([G, c[:, None]], axis=1))
     w = np.array([Fraction(0)] * len(c))
-    for row, column in enumerate(pivots):
-        w[column] = form[row, -1]
+    w[pivots] = form[: len(pivots), -1]
     return w
 
 
 def _null_projector(G: Rationals) -> Rationals | None:
     """Return the orthogonal projector on {b : G b = 0}, or None where that is {0}."""
-    n = len(G)
-    form, pivots = _eliminated(G)
-    free = [j for j in range(n) if j not in pivots]
+    form, pivots = _echelon(G)
+    free = [j for j in range(len(G)) if j not in pivots]
     if not free:
         return None
-    N = np.array([[Fraction(0)] * len(free) for _ in range(n)])
-    for k, j in enumerate(free):
-        N[j, k] = Fraction(1)
-        for row, column in enumerate(pivots):
-            N[column, k] = -form[row, j]
-    gram = N.T @ N
-    inverse, _ = _eliminated(np.concatenate([gram, np.diag([Fraction(1)] * len(free))], axis=1))
-    return np.asarray(N @ inverse[:, len(free) :] @ N.T)
+    N = np.array([[Fraction(0)] * len(free) for _ in G])
+    N[free, range(len(free))] = Fraction(1)
+    N[pivots] = -form[: len(pivots), free]
+    basis = _matrix(N)
+    across = basis.transpose()
+    return _array(basis * (across * basis).solve(across))
+
+
+def _echelon(A: Rationals) -> tuple[Rationals, list[int]]:
+    """Reduced row echelon form over the rationals, and its pivot columns."""
+    form, rank = _matrix(A).rref()
+    work = _array(form)
+    return work, [int(np.flatnonzero(row)[0]) for row in work[:rank]]
+
+
+def _matrix(A: Rationals) -> fmpq_mat:
+    return fmpq_mat([[exact(x) for x in row] for row in A])
+
+
+def _array(A: fmpq_mat) -> Rationals:
+    return objects([Fraction(int(x.numer()), int(x.denom())) for x in A.entries()], (A.nrows(), A.ncols()))
 
 
 def violations(

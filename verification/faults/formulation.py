@@ -12,8 +12,7 @@ from convexperc.problem.problem import Problem
 from convexperc.solvers.paper import systems as paper_systems
 from convexperc.solvers.paper.variants import ABSOLUTE, CORRECTED
 from verification.checks import lemmas
-from verification.exact.oracles import Enclosure, square_root
-from verification.exact.rational import squares
+from verification.exact.numbers import Enclosure, square_root, squares
 from verification.faults.fault import Fault, Plant, everywhere, replaced, wrapped
 
 

@@ -6,8 +6,9 @@ from typing import Any
 from convexperc.problem.problem import Problem
 from convexperc.solvers.paper.variants import UpdateVariant
 from verification.checks import cost, descent, loop
-from verification.exact import oracles, referee
-from verification.exact.oracles import Enclosure
+from verification.exact import formulation as oracle
+from verification.exact import referee
+from verification.exact.numbers import Enclosure
 from verification.faults import certificates, features, formulation, recognition, solvers
 from verification.faults import descent as limits
 from verification.faults import loop as algorithm
@@ -15,7 +16,7 @@ from verification.faults.fault import Fault, replaced, together, wrapped
 from verification.faults.solvers import with_lambdas
 
 MILLIONTH = Fraction(1, 10**6)
-OBJECTIVE, OWN = oracles.objective, descent.own_objective
+OBJECTIVE, OWN = oracle.objective, descent.own_objective
 
 
 def _halved_lambda3(problem: Problem, w: Any, u: Any) -> Enclosure:
@@ -35,7 +36,7 @@ def _whole_penalties(problem: Problem, trace: Any, w: Any, u: Any) -> Fraction:
 
 
 OWN_FAULTS = (
-    Fault("lambda3 halved in the oracle", "F2/group_lasso", replaced(oracles, "objective", _halved_lambda3)),
+    Fault("lambda3 halved in the oracle", "F2/group_lasso", replaced(oracle, "objective", _halved_lambda3)),
     Fault(
         "the referee's optimum a millionth too low",
         "B1/dual",

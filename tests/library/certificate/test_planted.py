@@ -17,7 +17,7 @@ from convexperc.solution.solution import Status
 from convexperc.solvers.interface import SolverResult
 from convexperc.solvers.paper import CORRECTED
 from convexperc.solvers.paper.loop import run
-from verification.exact.oracles import objective
+from verification.exact.formulation import objective
 from verification.exact.referee import Optimum, violations
 from verification.exact.referee import optimum as exact_optimum
 from verification.problems.families import seeded

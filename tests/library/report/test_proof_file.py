@@ -20,7 +20,7 @@ from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import SolverResult
-from verification.exact.oracles import dual_objective, is_dual_feasible, objective
+from verification.exact.formulation import dual_objective, is_dual_feasible, objective
 from verification.problems.families import FAMILIES, seeded
 from verification.proof_checker import check
 

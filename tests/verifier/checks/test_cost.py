@@ -5,7 +5,7 @@ import pytest
 
 from verification.checks import clarabel_by_scale, cost
 from verification.checks.cost import Growth, Iterate
-from verification.exact.operations import Counter
+from verification.checks.operations import Counter
 from verification.faults.own import COST
 from verification.ledger.evidence import Outcome
 

@@ -19,6 +19,7 @@ from convexperc.problem.problem import Problem
 from convexperc.solvers.paper.loop import run
 from verification.checks.catalogue import CHECKS
 from verification.checks.interface import Check, Observation, Recorder
+from verification.checks.operations import eliminate
 from verification.counterexamples.confirmation import agree, enclosure, text
 from verification.counterexamples.files import catalogue, load, load_all, save, schema
 from verification.counterexamples.found import case_record, rise_record
@@ -26,8 +27,7 @@ from verification.counterexamples.kinds import BY_KIND, completed, confirm, refu
 from verification.counterexamples.record import KINDS, Record, magnitude, parse
 from verification.exact.algorithm import ORDERS, SIZES, Update
 from verification.exact.loop import iterates, start
-from verification.exact.operations import eliminate
-from verification.exact.oracles import Enclosure
+from verification.exact.numbers import Enclosure
 from verification.exact.problem import ExactProblem
 from verification.ledger.claims import PARTS
 from verification.problems.sources import Seeded, Source

@@ -22,7 +22,7 @@ from convexperc.solution.solution import Solution, Status
 from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton.method import Newton
 from verification.checks.raw import raw
-from verification.exact.oracles import objective
+from verification.exact.formulation import objective
 from verification.exact.referee import Optimum, optimum, violations
 from verification.problems.families import EXTREME
 from verification.search.campaign.cases import Case
