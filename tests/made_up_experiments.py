@@ -7,7 +7,6 @@ import numpy as np
 
 from verification.experiments.record.reading import checked
 from verification.ledger.claims import PARTS, PROTOCOL
-from verification.ledger.rules import Reading
 from verification.provenance import record_digest
 
 FACTORS = {
@@ -55,6 +54,7 @@ TENDENCY = {
 BOUNDS = {"holds": (0.1, 0.3), "refuted": (-0.2, -0.05), "inconclusive": (-0.05, 0.15)}
 STEP = 389
 """Prime to the number of combinations: a few of them have many levels."""
+KINDS = ("holds", "refuted", "inconclusive")
 BASELINES = ("best single view", "mean of the views", "ridge")
 
 
@@ -138,10 +138,7 @@ def _set(name, number, columns, outcomes, rng):
 def _limits():
     """What a user should know, as the experiments count it."""
     by_level = {
-        name: {
-            f"{each:g}" if isinstance(each, (int, float)) else each: 0.5 + 0.1 * at
-            for at, each in enumerate(levels)
-        }
+        name: {_level(each): 0.5 + 0.1 * at for at, each in enumerate(levels)}
         for name, levels in FACTORS.items()
     }
     counts = (24 * np.eye(8, dtype=int) + 5 * np.eye(8, k=1, dtype=int)).tolist()
@@ -186,10 +183,24 @@ def _outcome(key, outcome, rng):
 
 def _tally(key, readings):
     said = [each["claims"][key]["outcome"] for each in readings]
-    counts = {outcome: said.count(outcome) for outcome in Reading}
+    counts = {outcome: said.count(outcome) for outcome in KINDS}
     supported = not counts["refuted"] and counts["holds"] >= 0.95 * len(said)
     verdict = "supported" if supported else "refuted" if counts["refuted"] > len(said) / 2 else "inconclusive"
-    return counts | {"verdict": verdict, "readings": len(said), "factors": {}}
+    return counts | {"verdict": verdict, "readings": len(said), "factors": by_level(key, readings)}
+
+
+def by_level(key, readings):
+    """How many readings with each level say what, as the record has it."""
+    counts = {name: {_level(each): [0, 0, 0] for each in levels} for name, levels in FACTORS.items()}
+    for reading in readings:
+        said = KINDS.index(reading["claims"][key]["outcome"])
+        for name, level in reading["levels"].items():
+            counts[name][_level(level)][said] += 1
+    return counts
+
+
+def _level(level):
+    return level if isinstance(level, str) else f"{level:g}"
 
 
 def _scores(at, rng):

@@ -3,15 +3,16 @@
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from verification.commands.misuse import misuse
+from verification.commands.stored import survey_table
 
 if TYPE_CHECKING:
     from verification.experiments.record.collection import Collection
@@ -38,11 +39,11 @@ def experiments(
             exists=True,
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Folder of experiments.json.", file_okay=False)] = Path(
-        "reports/experiments"
+    out: Annotated[Path, typer.Option(help="Folder of the record and its pages.", file_okay=False)] = Path(
+        "build/experiments"
     ),
-    readings: Annotated[
-        int, typer.Option(min=1, help="How many readings of what the paper leaves open; 128 is all.")
+    configurations: Annotated[
+        int, typer.Option(min=1, help="How many choices of what the paper leaves open; 128 is all.")
     ] = 128,
     workers: Annotated[int, typer.Option(min=1, help="Processes; the record does not depend on it.")] = 2,
     simulate: Annotated[
@@ -57,7 +58,7 @@ def experiments(
         typer.Option(help="Folder of drawn pictures and features; default OUT/.journal.", file_okay=False),
     ] = None,
 ) -> None:
-    """Do the paper's experiments again, on simulated scenes and on photographs, under many readings.
+    """Do the paper's experiments again, on simulated scenes and on photographs, in many configurations.
 
     Writes OUT/experiments.json, its pages, figures and contact sheets. Without --simulation and --case-study
     the scenes are drawn first. A run that is broken off goes on where it was when it is started again. Exit
@@ -69,10 +70,12 @@ def experiments(
     if simulate and simulation is None:  # asked before the imports below, so that one line names both extras
         require("mujoco", "sim,verify", "drawing the scenes")
     from verification.experiments.design import Design  # noqa: PLC0415
-    from verification.experiments.measure.readings import first  # noqa: PLC0415
+    from verification.experiments.measure.configurations import first  # noqa: PLC0415
+    from verification.experiments.record.reading import read_experiments  # noqa: PLC0415
     from verification.experiments.record.record import NAME, write_record  # noqa: PLC0415
     from verification.experiments.record.run import run  # noqa: PLC0415
-    from verification.report.experiments.publish import publish  # noqa: PLC0415
+    from verification.report.experiments.pages import publish  # noqa: PLC0415
+    from verification.report.experiments.sheets import contact_sheets  # noqa: PLC0415
 
     design = Design(seed, repetitions)
     if (simulation is None) != (case_study is None) or (simulation is not None and not simulate):
@@ -84,8 +87,8 @@ def experiments(
         out.mkdir(parents=True, exist_ok=True)
         folder.mkdir(parents=True, exist_ok=True)
         check_place(out / NAME)
-    with misuse("--readings"):
-        chosen = first(readings)
+    with misuse("--configurations"):
+        chosen = first(configurations)
     try:
         if simulate and (simulation is None or case_study is None):
             simulation, case_study = _drawn(folder, seed, workers)
@@ -99,13 +102,27 @@ def experiments(
         _console().print("broken off; the same command goes on from there", highlight=False)
         raise typer.Exit(OPEN) from None
     given = {"--simulation": simulation, "--case-study": case_study, "--photos": photos}
-    data["volatile"]["command"] = _command(given, readings, seed, repetitions)
+    data["volatile"]["command"] = _command(given, configurations, seed, repetitions)
     with misuse("--out"):
         place = write_record(out, data)
-        pages = publish(out, [folder for folder in (simulation, case_study) if folder is not None])
-    _tell(data)
-    told = f"wrote {place} and, beside it, {len(pages)} files: pages, figures, contact sheets"
-    _console().print(told, highlight=False, markup=False, soft_wrap=True)
+        found = read_experiments(place, with_sheets=False)
+        folders = [folder for folder in (simulation, case_study) if folder is not None]
+        pages = publish(replace(found, sheets=contact_sheets(found.content, folders)), out)
+    _console().print(survey_table(found.surveys, f"record {found.digest[:12]}"))
+    _say(f"wrote {place} and, beside it, {len(pages)} files: pages, figures, contact sheets")
+
+
+def experiments_pages(
+    out: Annotated[Path, typer.Option(help="Folder of the pages.", file_okay=False)] = Path(
+        "reports/experiments"
+    ),
+) -> None:
+    """Write the pages of the record of the experiments that comes with the verifier; measure nothing."""
+    from verification.report.experiments.pages import publish_packaged  # noqa: PLC0415 - keeps --help quick
+
+    with misuse("--out"):
+        pages = publish_packaged(out)
+    _say(f"wrote {len(pages)} files into {out}")
 
 
 def _drawn(folder: Path, seed: int, workers: int) -> tuple[Path, Path]:
@@ -129,35 +146,11 @@ def _collections(
             yield Collection.photographed(photos, seed)
 
 
-def _command(given: dict[str, Path | None], readings: int, seed: int, repetitions: int) -> str:
+def _command(given: dict[str, Path | None], configurations: int, seed: int, repetitions: int) -> str:
     """The command again, with folders by what they are: a path of this machine says nothing."""
     words = ["python -m verification experiments"]
     words += [f"{name} {name.strip('-').upper()}" for name, folder in given.items() if folder is not None]
-    return " ".join([*words, f"--readings {readings} --seed {seed} --repetitions {repetitions}"])
-
-
-def _tell(data: dict[str, Any]) -> None:
-    """Print what was found of each part of a claim."""
-    for each in data["sets"]:
-        columns = [
-            "claim",
-            "verdict",
-            "holds",
-            "refuted",
-            "open",
-            "statistic",
-            "lower",
-            "upper",
-            "decided by",
-        ]
-        table = Table(*columns, title=f"{each['name']}: all readings, and the default one")
-        default = each["readings"][0]["claims"]
-        for part, found in each["claims"].items():
-            counts = [str(found[kind]) for kind in ("holds", "refuted", "inconclusive")]
-            one = default[part]
-            numbers = ["-" if one[k] is None else f"{one[k]:.3f}" for k in ("statistic", "lower", "upper")]
-            table.add_row(part, found["verdict"], *counts, *numbers, one["comparison"])
-        _console().print(table)
+    return " ".join([*words, f"--configurations {configurations} --seed {seed} --repetitions {repetitions}"])
 
 
 @contextmanager
@@ -177,6 +170,10 @@ def _progress() -> Iterator[Callable[[str, int, int], None]]:
             bar.update(bars[stage], completed=done)
 
         yield told
+
+
+def _say(line: str) -> None:
+    _console().print(line, highlight=False, markup=False, soft_wrap=True)
 
 
 def _console() -> Console:

@@ -1,6 +1,6 @@
 """The stored record of the experiments in a run: read, given to the evidence, and its figures printed."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +9,7 @@ from rich.table import Table
 if TYPE_CHECKING:
     from verification.experiments.record.reading import Experiments
     from verification.ledger.evidence import Evidence
+    from verification.ledger.surveys import Survey
 
 
 def read_stored(file: Path | None) -> "Experiments | None":
@@ -45,25 +46,17 @@ def figures(evidence: "Evidence") -> Iterator[Table]:
     if not evidence.settings.get("claims") or not evidence.surveys:
         return
     told = evidence.settings["experiments"]
-    yield _table(
-        evidence, f"read from record {told['record'][:12]}, not found by this run; `{told['made by']}`"
-    )
+    caption = f"read from record {told['record'][:12]}, not found by this run; `{told['made by']}`"
+    yield survey_table(evidence.surveys, caption)
 
 
-def _table(evidence: "Evidence", caption: str) -> Table:
+def survey_table(surveys: "Sequence[Survey]", caption: str) -> Table:
+    """What configurations say of each part of a claim, and the comparison that decides the default one."""
     from verification.ledger.verdicts import survey_verdict  # noqa: PLC0415 - keeps --help quick
 
-    heads = (
-        "part",
-        "pictures",
-        "verdict",
-        "readings",
-        "default reading",
-        "statistic [lower, upper]",
-        "scenes",
-    )
-    table = Table(*heads, title="The experiments", caption=caption)
-    for each in evidence.surveys:
+    heads = ("part", "pictures", "verdict", "configurations", "default configuration")
+    table = Table(*heads, "statistic [lower, upper]", "scenes", title="The experiments", caption=caption)
+    for each in surveys:
         default = each.default
         row = (each.told, f"{default.outcome}: {default.name}", default.figures, f"{default.units}")
         table.add_row(each.part, each.pictures, survey_verdict(each).value, *row)

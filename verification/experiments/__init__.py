@@ -1,1 +1,1 @@
-"""The paper's experiments again: simulated scenes and photographs, many readings, paired comparisons."""
+"""The paper's experiments again: simulated scenes and photographs, paired comparisons."""

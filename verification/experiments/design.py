@@ -5,6 +5,7 @@ from hashlib import sha256
 from typing import Any
 
 from convexperc.errors import InputError
+from verification.ledger.claims import PROTOCOL
 
 Pair = tuple[float, float]
 """lambda2 and lambda3."""
@@ -20,7 +21,6 @@ VIEWS = 6
 """Robots of a scene in which objects are recognised."""
 STUDY_VIEWS, GOOD_VIEWS = 5, 3
 """Robots of a scene of the case study, and how many of them have a good view."""
-CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Design:
 
     seed: int = 0
     repetitions: int = 10
-    resamples: int = 10_000
+    resamples: int = PROTOCOL.resamples
 
     def __post_init__(self) -> None:
         for name, least in (("seed", 0), ("repetitions", 1), ("resamples", 1)):
@@ -71,7 +71,7 @@ class Design:
             "settings": [list(pair) for pair in SETTINGS],
             "grid": list(GRID),
             "resamples": self.resamples,
-            "confidence": CONFIDENCE,
+            "confidence": PROTOCOL.confidence,
         }
 
 

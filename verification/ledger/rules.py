@@ -1,20 +1,14 @@
-"""How claims about experiments are judged: one rule for a reading, one for all readings together.
+"""How claims about experiments are judged: one rule for a configuration, one for all of them together.
 
 The words and the numbers stand in `ledger.toml` and were fixed before any picture was looked at.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 from convexperc.errors import InputError
-
-
-class Reading(StrEnum):
-    """What one reading of the experiments says of a part of a claim."""
-
-    HOLDS = "holds"
-    REFUTED = "refuted"
-    INCONCLUSIVE = "inconclusive"
+from verification.ledger.evidence import Verdict
+from verification.ledger.surveys import SurveyOutcome, Tally
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,15 +38,19 @@ class Rule:
         if not 0.0 <= self.smallest_effect < 1.0:
             raise InputError("smallest_effect", value=self.smallest_effect, must="must be in [0, 1)")
 
-    def outcome(self, lower: float, upper: float) -> Reading:
-        """Judge a reading by its deciding comparison.
+    def decisive(self, lower: Sequence[float], upper: Sequence[float]) -> int:
+        """Find the comparison that decides, by its index.
 
-        That is the one with the smallest upper bound where it is below the smallest effect, else the one with
-        the smallest lower bound.
+        It has the smallest upper bound if that lies below the smallest effect, else the smallest lower bound.
         """
+        bounds = upper if min(upper) < self.smallest_effect else lower
+        return bounds.index(min(bounds))
+
+    def outcome(self, lower: float, upper: float) -> SurveyOutcome:
+        """Judge a configuration by the bounds of the comparison that decides."""
         if upper < self.smallest_effect:
-            return Reading.REFUTED
-        return Reading.HOLDS if lower > 0.0 else Reading.INCONCLUSIVE
+            return SurveyOutcome.REFUTED
+        return SurveyOutcome.HOLDS if lower > 0.0 else SurveyOutcome.INCONCLUSIVE
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +65,9 @@ class Protocol:
     confidence : float
         Of the intervals of a part together.
     supported_share : float
-        Part of the readings in which a supported part holds, at least.
+        Part of the configurations in which a supported part holds, at least.
     refuted_share : float
-        More than this part of the readings refute a refuted part.
+        More than this part of the configurations refute a refuted part.
     """
 
     trials: str
@@ -90,3 +88,15 @@ class Protocol:
         for name in ("confidence", "supported_share", "refuted_share"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise InputError(name, value=getattr(self, name), must="must be in (0, 1)")
+
+    def verdict(self, tally: Tally) -> Verdict:
+        """Judge all configurations together.
+
+        Supported if the part holds in at least the stated share of them and none refutes it; refuted if more
+        than the stated share refute it; otherwise inconclusive.
+        """
+        if tally.refuted > self.refuted_share * tally.total:
+            return Verdict.REFUTED
+        if not tally.refuted and tally.holds >= self.supported_share * tally.total:
+            return Verdict.SUPPORTED
+        return Verdict.INCONCLUSIVE

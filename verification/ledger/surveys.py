@@ -1,24 +1,56 @@
-"""What the stored experiments say of a part of a claim: how many readings hold, refute, leave open."""
+"""What the stored experiments say of a part of a claim: in how many configurations it holds, or is refuted.
 
+A configuration is one choice of all that the paper leaves open.
+"""
+
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from typing import Any
+from enum import StrEnum
+from typing import Any, NamedTuple
 
 from convexperc.errors import InputError
 
 DECIDING = "simulation"
-"""The set of pictures whose readings decide; others stand beside it."""
+"""The set of pictures that decides; others stand beside it."""
 COMMAND = "python -m verification experiments"
 """What makes a record of the experiments."""
 
 
+class SurveyOutcome(StrEnum):
+    """What one configuration says of a part of a claim."""
+
+    HOLDS = "holds"
+    REFUTED = "refuted"
+    INCONCLUSIVE = "inconclusive"
+
+
+class Tally(NamedTuple):
+    """Configurations by their outcome."""
+
+    holds: int
+    refuted: int
+    inconclusive: int
+
+    @classmethod
+    def of(cls, outcomes: Iterable[SurveyOutcome]) -> "Tally":
+        """Count outcomes."""
+        found = list(outcomes)
+        return cls(*(found.count(kind) for kind in SurveyOutcome))
+
+    @property
+    def total(self) -> int:
+        """How many configurations were counted."""
+        return sum(self)
+
+
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """The comparison that decides one reading.
+    """The comparison that decides one configuration.
 
     Attributes
     ----------
     outcome : str
-        A value of `verification.ledger.rules.Reading`.
+        A value of `SurveyOutcome`.
     statistic, lower, upper : float or None
         The statistic and its joint interval; None where no scene defines it.
     name : str
@@ -47,7 +79,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """All readings of one part on one set of pictures, as a record of the experiments has them.
+    """All configurations for one part and one set of pictures, as a record of the experiments has them.
 
     Attributes
     ----------
@@ -56,11 +88,11 @@ class Survey:
     pictures : str
         The name of the set, "simulation" or "photographs".
     holds, refuted, inconclusive : int
-        Readings by what they say.
+        Configurations by their outcome.
     default : Comparison
-        The deciding comparison of the library's default reading.
-    levels : dict of str to dict of str to (int, int, int)
-        Readings that hold, refute and leave open, by factor and level.
+        The deciding comparison of the library's default configuration.
+    levels : dict of str to dict of str to Tally
+        By factor and level.
     record, data : str
         SHA-256 of the record and of the pictures.
     command : str
@@ -73,7 +105,7 @@ class Survey:
     refuted: int
     inconclusive: int
     default: Comparison
-    levels: dict[str, dict[str, tuple[int, int, int]]]
+    levels: dict[str, dict[str, Tally]]
     record: str
     data: str
     command: str
@@ -81,19 +113,24 @@ class Survey:
     def __post_init__(self) -> None:
         if min(self.holds, self.refuted, self.inconclusive) < 0 or self.readings == 0:
             counts = (self.holds, self.refuted, self.inconclusive)
-            must = "must be counts of readings, and at least one reading"
-            raise InputError(f"readings of {self.part}", value=counts, must=must)
+            must = "must be counts of configurations, and at least one configuration"
+            raise InputError(f"configurations of {self.part}", value=counts, must=must)
+
+    @property
+    def tally(self) -> Tally:
+        """The counts."""
+        return Tally(self.holds, self.refuted, self.inconclusive)
 
     @property
     def readings(self) -> int:
-        """How many readings there are."""
-        return self.holds + self.refuted + self.inconclusive
+        """How many configurations there are."""
+        return self.tally.total
 
     @property
     def told(self) -> str:
         """The counts in words."""
         counts = f"refuted in {self.refuted}, open in {self.inconclusive}"
-        return f"holds in {self.holds} of {self.readings} readings, {counts}"
+        return f"holds in {self.holds} of {self.readings} configurations, {counts}"
 
     def as_json(self) -> dict[str, Any]:
         """Plain data."""
@@ -103,7 +140,7 @@ class Survey:
     def from_json(cls, data: dict[str, Any]) -> "Survey":
         """Read back what `as_json` wrote."""
         levels = {
-            factor: {level: (counts[0], counts[1], counts[2]) for level, counts in by_level.items()}
+            factor: {level: Tally(*counts) for level, counts in by_level.items()}
             for factor, by_level in data["levels"].items()
         }
         return cls(**data | {"default": Comparison(**data["default"]), "levels": levels})

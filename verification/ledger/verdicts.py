@@ -140,16 +140,8 @@ def nearest_true_form(claim: Claim) -> tuple[Part, ...]:
 
 
 def survey_verdict(survey: Survey) -> Verdict:
-    """Judge all readings of one set together.
-
-    Supported if the part holds in at least the stated share of the readings and none refutes it; refuted if
-    more than the stated share refute it; otherwise inconclusive.
-    """
-    if survey.refuted > PROTOCOL.refuted_share * survey.readings:
-        return Verdict.REFUTED
-    if not survey.refuted and survey.holds >= PROTOCOL.supported_share * survey.readings:
-        return Verdict.SUPPORTED
-    return Verdict.INCONCLUSIVE
+    """Judge all configurations of one set together, by the rule of the ledger."""
+    return PROTOCOL.verdict(survey.tally)
 
 
 def judge_surveys(part: Part, surveys: Sequence[Survey]) -> Judgement:

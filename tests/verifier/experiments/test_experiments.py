@@ -1,4 +1,4 @@
-"""The experiments' parts: readings, scores, intervals, the rule, weights, baselines, bits."""
+"""The experiments' parts: configurations, scores, intervals, the rule, weights, baselines, bits."""
 
 from itertools import combinations, product
 from math import log2
@@ -11,14 +11,13 @@ from convexperc import recognize
 from convexperc.errors import InputError
 from convexperc.features import FeatureConfiguration
 from verification.experiments.design import GOOD_VIEWS, GRID, SETTINGS, Design
-from verification.experiments.measure import readings
+from verification.experiments.measure import configurations
 from verification.experiments.measure.baselines import BASELINES, score
 from verification.experiments.measure.bootstrap import intervals
 from verification.experiments.measure.claims import CLAIMS, Measured
+from verification.experiments.measure.configurations import FACTORS, GENERATORS, first, fraction, involved
 from verification.experiments.measure.information import mutual_information
-from verification.experiments.measure.multiverse import verdict
 from verification.experiments.measure.numbers import rounded
-from verification.experiments.measure.readings import FACTORS, GENERATORS, first, fraction, involved
 from verification.experiments.measure.subsets import drawn, of_grid
 from verification.experiments.measure.trials import (
     KINDS,
@@ -30,15 +29,18 @@ from verification.experiments.measure.trials import (
     judge,
     recognitions,
 )
-from verification.experiments.measure.verdicts import Comparisons
+from verification.experiments.measure.verdicts import Comparisons, rule_of
 from verification.experiments.measure.verdicts import judge as ruled
 from verification.experiments.measure.weights import Weights, by_rank, chance_that_best_are_good
 from verification.experiments.scenes.pictures import obstruction
+from verification.ledger.claims import PROTOCOL
+from verification.ledger.rules import Rule
+from verification.ledger.surveys import Comparison, Tally
 
 DESIGN = Design(seed=0, repetitions=4, resamples=2000)
 
 
-# ---------- readings
+# ---------- configurations
 
 
 def test_the_default_reading_is_what_the_library_does() -> None:
@@ -47,7 +49,7 @@ def test_the_default_reading_is_what_the_library_does() -> None:
     assert (default.lambda1, default.background, default.id) == (0.1, True, "r000")
 
 
-def balanced(chosen: tuple[readings.Reading, ...], size: int) -> bool:
+def balanced(chosen: tuple[configurations.Configuration, ...], size: int) -> bool:
     """Whether all combinations of the levels of any `size` factors are equally frequent."""
     for columns in combinations(range(len(FACTORS)), size):
         counts: dict[tuple[object, ...], int] = {}
@@ -71,7 +73,7 @@ def test_the_fraction_is_of_resolution_four() -> None:
 
 
 def test_a_worse_generator_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(readings, "GENERATORS", (0b0001000101, *GENERATORS[1:]))
+    monkeypatch.setattr(configurations, "GENERATORS", (0b0001000101, *GENERATORS[1:]))
     fraction.cache_clear()
     try:
         assert not balanced(fraction(), 3)
@@ -169,30 +171,41 @@ def test_intervals_cover_at_their_rate() -> None:
     assert shifted < 0.7, "an interval about another mean would be seen"
 
 
+def rule(comparisons: int, smallest: float = 0.01) -> Rule:
+    return Rule("all scenes", "a mean", comparisons, smallest)
+
+
+def said(claim: str, given: Measured) -> Comparison:
+    """What one configuration says of a part, by the rule of the ledger."""
+    return ruled(CLAIMS[claim](given), rule_of(claim), DESIGN)
+
+
 def paired(gain: float, noise: float, seed: int = 2) -> Comparisons:
     """Differences of two settings on the same 240 scenes, six numbers of views."""
     rng = np.random.default_rng(seed)
     base = rng.random((240, 6))
     values = base + gain + noise * rng.standard_normal((240, 6)) - base
-    return Comparisons({f"n = {k + 1}": column for k, column in enumerate(values.T)}, 0.01)
+    return Comparisons({f"n = {k + 1}": column for k, column in enumerate(values.T)})
 
 
 def test_better_holds_equal_is_refuted_noisy_is_left_open() -> None:
-    assert ruled(paired(0.05, 0.1), DESIGN).outcome == "holds"
-    assert ruled(paired(0.0, 0.01), DESIGN).outcome == "refuted"
-    assert ruled(paired(0.02, 0.3), DESIGN).outcome == "inconclusive"
-    assert ruled(paired(-0.05, 0.1), DESIGN).outcome == "refuted"
+    assert ruled(paired(0.05, 0.1), rule(6), DESIGN).outcome == "holds"
+    assert ruled(paired(0.0, 0.01), rule(6), DESIGN).outcome == "refuted"
+    assert ruled(paired(0.02, 0.3), rule(6), DESIGN).outcome == "inconclusive"
+    assert ruled(paired(-0.05, 0.1), rule(6), DESIGN).outcome == "refuted"
 
 
 def test_the_comparison_that_decides_is_told() -> None:
     values = {"good": np.full(50, 0.2), "small": np.full(50, 0.1 - 0.09), "bad": np.full(50, -0.1)}
-    found = ruled(Comparisons(values, 0.01), DESIGN)
-    assert (found.outcome, found.comparison, found.comparisons, found.units) == ("refuted", "bad", 3, 50)
+    found = ruled(Comparisons(values), rule(3), DESIGN)
+    assert (found.outcome, found.name, found.units) == ("refuted", "bad", 50)
     del values["bad"]
-    found = ruled(Comparisons(values, 0.01, left_out=3), DESIGN)
-    assert (found.outcome, found.comparison) == ("holds", "small"), "0.1 - 0.09 is no less than 0.01"
+    with pytest.raises(ValueError, match="the ledger fixes 3"):
+        ruled(Comparisons(values), rule(3), DESIGN)
+    found = ruled(Comparisons(values, left_out=3), rule(2), DESIGN)
+    assert (found.outcome, found.name) == ("holds", "small"), "0.1 - 0.09 is no less than 0.01"
     assert found.left_out == 3
-    nothing = ruled(Comparisons({"none": np.zeros(0)}, 0.01, left_out=9), DESIGN)
+    nothing = ruled(Comparisons({"none": np.zeros(0)}, left_out=9), rule(1), DESIGN)
     assert (nothing.outcome, nothing.statistic, nothing.units) == ("inconclusive", None, 0)
 
 
@@ -207,8 +220,7 @@ def test_the_comparison_that_decides_is_told() -> None:
     ],
 )
 def test_the_rule_over_the_readings(holds: int, refuted: int, inconclusive: int, wanted: str) -> None:
-    outcomes = ["holds"] * holds + ["refuted"] * refuted + ["inconclusive"] * inconclusive
-    assert verdict(outcomes) == wanted
+    assert PROTOCOL.verdict(Tally(holds, refuted, inconclusive)) == wanted
 
 
 # ---------- the claims
@@ -248,13 +260,14 @@ def as_printed() -> Measured:
 
 def test_what_is_as_printed_holds_and_what_is_not_is_refuted() -> None:
     printed = as_printed()
-    found = {part: ruled(claim(printed), DESIGN) for part, claim in CLAIMS.items() if part != "X5/stated"}
+    found = {part: said(part, printed) for part in CLAIMS if part != "X5/stated"}
     assert {each.outcome for each in found.values()} == {"holds"}, found
-    sizes = {part: each.comparisons for part, each in found.items()}
+    sizes = {part: len(claim(printed).differences) for part, claim in CLAIMS.items()}
+    assert sizes == {part: rule_of(part).comparisons for part in CLAIMS}
     assert [sizes[part] for part in ("X2/stated", "X3/stated", "X4/stated")] == [18, 18, 1]
     assert [sizes[part] for part in ("X8/zero", "X8/ten", "X8/peak")] == [9, 1, 13]
     flat = measured(np.full((4, 6), 0.5), np.full((5, 5), 0.5), np.full(6, 0.1), np.array([0.3, 0.2, 0.4]))
-    wrong = {part: ruled(claim(flat), DESIGN).outcome for part, claim in CLAIMS.items()}
+    wrong = {part: said(part, flat).outcome for part in CLAIMS}
     del wrong["X1/stated"]
     assert wrong.pop("X5/stated") == "inconclusive", "tau is not defined where all weigh the same"
     assert set(wrong.values()) == {"refuted"}, wrong
@@ -262,15 +275,15 @@ def test_what_is_as_printed_holds_and_what_is_not_is_refuted() -> None:
 
 def test_rank_and_information() -> None:
     agree = measured(np.zeros((4, 6)), np.zeros((5, 5)), np.arange(1.0, 7.0), np.ones(3))
-    assert ruled(CLAIMS["X5/stated"](agree), DESIGN).statistic == pytest.approx(1.0)
+    assert said("X5/stated", agree).statistic == pytest.approx(1.0)
     against = measured(np.zeros((4, 6)), np.zeros((5, 5)), -np.arange(7.0, 1.0, -1.0), np.ones(3))
-    assert ruled(CLAIMS["X5/stated"](against), DESIGN).outcome == "refuted"
+    assert said("X5/stated", against).outcome == "refuted"
 
 
 def test_scenes_without_weights_are_left_out_and_counted() -> None:
     nothing = measured(np.zeros((4, 6)), np.zeros((5, 5)), np.zeros(6), np.zeros(3))
     for part in ("X6/zero", "X6/two", "X7/lbp", "X7/hog"):
-        found = ruled(CLAIMS[part](nothing), DESIGN)
+        found = said(part, nothing)
         assert (found.outcome, found.units, found.left_out) == ("inconclusive", 0, 3), part
 
 

@@ -16,9 +16,9 @@ from typer.testing import CliRunner
 from convexperc.features import extract
 from verification.__main__ import app
 from verification.experiments.design import Design
+from verification.experiments.measure.configurations import first, fraction
 from verification.experiments.measure.features import Store, blocks
 from verification.experiments.measure.rankings import rankings
-from verification.experiments.measure.readings import first, fraction
 from verification.experiments.record.collection import Collection
 from verification.experiments.record.record import SCHEMA
 from verification.experiments.record.run import run
@@ -26,7 +26,7 @@ from verification.experiments.scenes.pictures import PictureSet
 from verification.provenance import record_digest
 
 DESIGN = Design(seed=0, repetitions=1, resamples=200)
-READINGS = first(2)
+CONFIGURATIONS = first(2)
 RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
 
 
@@ -38,7 +38,9 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def go(cache: Path, journal: Path, given: Collection | None = None, **options: Any) -> dict[str, Any]:
     sets = [collection() if given is None else given]
     settings: dict[str, Any] = {"workers": 1} | options
-    return run(sets, settings.pop("readings", READINGS), DESIGN, cache=cache, journal=journal, **settings)
+    return run(
+        sets, settings.pop("readings", CONFIGURATIONS), DESIGN, cache=cache, journal=journal, **settings
+    )
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +80,7 @@ def test_the_outcome_does_not_depend_on_the_workers(
 
 def test_a_broken_run_goes_on_where_it_was(unbroken: Mapping[str, Any], cache: Path, tmp_path: Path) -> None:
     def breaks(stage: str, done: int, total: int) -> None:
-        if (stage, done) == ("readings", 1):
+        if (stage, done) == ("configurations", 1):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -88,7 +90,7 @@ def test_a_broken_run_goes_on_where_it_was(unbroken: Mapping[str, Any], cache: P
     assert len(before.splitlines()) == 2, "the head and one reading"
     seen = []
     found = go(cache, tmp_path, progress=lambda *each: seen.append(each))
-    assert ("readings", 1, 2) in seen
+    assert ("configurations", 1, 2) in seen
     assert kept.read_bytes().startswith(before), "what was finished was done again"
     assert found["digest"] == unbroken["digest"]
 
@@ -120,7 +122,7 @@ def test_one_pixel_changes_the_digests(unbroken: Mapping[str, Any], cache: Path,
     given = collection()
     other = replace(given, study=changed(given.study))
     assert other.digest != given.digest
-    found = go(cache, tmp_path, other, readings=first(1))
+    found = go(cache, tmp_path, other, configurations=first(1))
     assert found["sets"][0]["digest"] != unbroken["sets"][0]["digest"]
 
 
@@ -133,27 +135,33 @@ def test_with_shuffled_labels_nothing_is_recognised(cache: Path, tmp_path: Path)
     )
     layout = replace(given.physical.layout, scenes=scenes)
     found = go(
-        cache, tmp_path, replace(given, physical=replace(given.physical, layout=layout)), readings=first(1)
+        cache,
+        tmp_path,
+        replace(given, physical=replace(given.physical, layout=layout)),
+        configurations=first(1),
     )
-    (reading,) = found["sets"][0]["readings"]
+    (configuration,) = found["sets"][0]["readings"]
     right = np.mean(
         [new.object == old.object for new, old in zip(scenes, given.physical.layout.scenes, strict=True)]
     )
-    assert np.mean(reading["accuracy"]) == pytest.approx(right, abs=0.05), "as often right as the shuffle is"
-    assert reading["claims"]["X2/stated"]["outcome"] == "refuted"
+    assert np.mean(configuration["accuracy"]) == pytest.approx(right, abs=0.05), (
+        "as often right as the shuffle is"
+    )
+    assert configuration["claims"]["X2/stated"]["outcome"] == "refuted"
 
 
 def test_features_are_those_of_the_library(cache: Path, tmp_path: Path) -> None:
     pictures = collection().physical
     store = Store.of(cache, pictures)
-    for reading in READINGS:
-        found = store.matrix(reading)
+    for configuration in CONFIGURATIONS:
+        found = store.matrix(configuration)
         shown = [
-            store.pictures(reading.features.working_size, background=reading.background)[k] for k in (0, 9)
+            store.pictures(configuration.features.working_size, background=configuration.background)[k]
+            for k in (0, 9)
         ]
-        assert np.array_equal(found[[0, 9]], extract(shown, reading.features)), reading
+        assert np.array_equal(found[[0, 9]], extract(shown, configuration.features)), configuration
     assert len({store.place(block) for each in fraction() for block in blocks(each)}) == 32
-    assert not Store.of(tmp_path, pictures).known(blocks(READINGS[0])[0])
+    assert not Store.of(tmp_path, pictures).known(blocks(CONFIGURATIONS[0])[0])
 
 
 def test_rankings_agree_with_what_the_claims_measured_at_the_same_lambdas(
@@ -169,7 +177,7 @@ def test_rankings_agree_with_what_the_claims_measured_at_the_same_lambdas(
     assert {each["full"] for each in by_lambdas.values()} == {sum(hidden)}
     assert by_lambdas[0.0, 0.0]["proved zero"] <= paper["proved zero"] <= sum(hidden)
     parts = collection().parts(cache)
-    again = rankings(*parts, READINGS[0])
+    again = rankings(*parts, CONFIGURATIONS[0])
     assert again == found["rankings"]
 
 
@@ -178,7 +186,7 @@ def test_rankings_agree_with_what_the_claims_measured_at_the_same_lambdas(
 
 def test_the_command_writes_the_record(tmp_path: Path) -> None:
     given = collection()
-    options = ["experiments", "--readings", "1", "--repetitions", "1", "--workers", "1"]
+    options = ["experiments", "--configurations", "1", "--repetitions", "1", "--workers", "1"]
     options += ["--simulation", str(write_folder(tmp_path / "a", given.physical))]
     options += [
         "--case-study",
@@ -206,7 +214,7 @@ def test_the_command_writes_the_record(tmp_path: Path) -> None:
         (["--simulation", "."], "go together"),
         (["--no-simulate"], "nothing is left"),
         (["--no-simulate", "--photos", "."], "at least two objects"),
-        (["--no-simulate", "--photos", ".", "--readings", "129"], "from 1 to 128"),
+        (["--no-simulate", "--photos", ".", "--configurations", "129"], "from 1 to 128"),
         (["--simulation", ".", "--case-study", "."], "has finished"),
         (["--photos", "nowhere"], "does not exist"),
     ],

@@ -26,12 +26,11 @@ from verification.experiments.record.reading import checked, read_experiments
 from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import PARTS, PROTOCOL
 from verification.ledger.evidence import Evidence, Verdict
-from verification.ledger.rules import Reading, Rule
-from verification.ledger.surveys import Comparison, Survey
+from verification.ledger.rules import Rule
+from verification.ledger.surveys import Comparison, Survey, SurveyOutcome
 from verification.ledger.verdicts import judge_all, judge_part, judge_surveys, survey_verdict
 from verification.report.experiments.figures import spaced
-from verification.report.experiments.pages import experiment_files
-from verification.report.experiments.publish import publish
+from verification.report.experiments.pages import experiment_files, publish
 from verification.report.experiments.sheets import BUDGET, contact_sheets
 from verification.report.write import files
 
@@ -115,11 +114,11 @@ def test_a_claim_is_refuted_if_a_part_is_and_supported_if_all_are(zero, two, exp
 
 def test_the_rule_of_a_reading():
     rule = Rule("scenes", "statistic", 2, 0.01)
-    assert rule.outcome(-0.02, 0.009) is Reading.REFUTED
-    assert rule.outcome(0.001, 0.009) is Reading.REFUTED, "a gain that small is no gain"
-    assert rule.outcome(-0.02, 0.01) is Reading.INCONCLUSIVE
-    assert rule.outcome(0.0, 0.02) is Reading.INCONCLUSIVE
-    assert rule.outcome(0.001, 0.02) is Reading.HOLDS
+    assert rule.outcome(-0.02, 0.009) is SurveyOutcome.REFUTED
+    assert rule.outcome(0.001, 0.009) is SurveyOutcome.REFUTED, "a gain that small is no gain"
+    assert rule.outcome(-0.02, 0.01) is SurveyOutcome.INCONCLUSIVE
+    assert rule.outcome(0.0, 0.02) is SurveyOutcome.INCONCLUSIVE
+    assert rule.outcome(0.001, 0.02) is SurveyOutcome.HOLDS
     with pytest.raises(InputError, match="comparisons"):
         Rule("scenes", "statistic", 0, 0.0)
     assert {key: PARTS[key].rule.comparisons for key in PARTS_X if PARTS[key].rule.comparisons > 1} == {
@@ -171,8 +170,8 @@ DAMAGE = {
     "a set twice": (lambda r: r["sets"].append(r["sets"][0]), "sets of"),
     "another set": (lambda r: r["sets"][0].update(name="drawings"), "sets of"),
     "no set": (lambda r: r.update(sets=[]), "sets of"),
-    "no default reading": (_without_default, "default reading of simulation"),
-    "a reading twice": (lambda r: r["sets"][0]["readings"][1].update(id="r000"), "default reading"),
+    "no default reading": (_without_default, "default configuration of simulation"),
+    "a reading twice": (lambda r: r["sets"][0]["readings"][1].update(id="r000"), "default configuration"),
     "no design": (lambda r: r.pop("design"), "KeyError: 'design'"),
     "no scene and yet an outcome": (
         lambda r: r["sets"][0]["readings"][0]["claims"]["X7/hog"].update(units=0, statistic=None),
@@ -231,8 +230,8 @@ def test_a_reading_without_a_scene_has_no_numbers(record, found):
 def test_surveys_come_back(found):
     for each in found.surveys:
         assert Survey.from_json(json.loads(json.dumps(each.as_json()))) == each
-    assert found.command == "python -m verification experiments --readings 8 --photos DIR"
-    with pytest.raises(InputError, match="at least one reading"):
+    assert found.command == "python -m verification experiments --configurations 8 --photos DIR"
+    with pytest.raises(InputError, match="at least one configuration"):
         survey(0, 0, 0)
 
 
@@ -399,7 +398,9 @@ def test_sheets_are_drawn_of_simulated_pictures_and_published_with_the_pages(rec
     out = tmp_path / "out"
     out.mkdir()
     written(out / "experiments.json", record)
-    names = {path.relative_to(out).as_posix() for path in publish(out, folders)}
+    given = read_experiments(out / "experiments.json")
+    with_sheets = replace(given, sheets=contact_sheets(given.content, folders))
+    names = {path.relative_to(out).as_posix() for path in publish(with_sheets, out)}
     sheets = sorted(name for name in names if name.endswith(".jpg"))
     assert sheets == [
         *(f"sheets/1-case-study-{name}.jpg" for name in ("gray-car", "ica-sign", "red-car")),
@@ -412,10 +413,10 @@ def test_sheets_are_drawn_of_simulated_pictures_and_published_with_the_pages(rec
     assert contact_sheets(experiments_record(names=("photographs",)), folders) == {}
     other = drawn(tmp_path / "c", "case-study", scenes, study[::-1])
     with pytest.raises(FileFormatError, match="as the record has it"):
-        publish(out, [folders[0], other])
+        contact_sheets(record, [folders[0], other])
     (tmp_path / "a" / "references" / "cone.png").write_bytes(b"another")
     with pytest.raises(FileFormatError, match="as its manifest says"):
-        publish(out, folders)
+        contact_sheets(record, folders)
 
 
 @pytest.fixture

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from verification.experiments.design import CONFIDENCE, Design, key
+from verification.experiments.design import Design, key
+from verification.ledger.claims import PROTOCOL
 
 Floats = NDArray[np.float64]
 
@@ -42,11 +43,11 @@ def intervals(values: Floats, design: Design, comparisons: int | None = None) ->
     design : Design
         Its `resamples` and `seed`.
     comparisons : int, optional
-        Each interval is at 1 - 0.05 / comparisons, so that all of them hold at 0.95; default k.
+        Each interval is at 1 - 0.05 / comparisons, so that all hold together at 0.95; default k.
     """
     units, columns = values.shape
     weights = resamples(units, design.resamples, design.seed)
     means = weights @ values / units
-    tail = (1.0 - CONFIDENCE) / (2 * (columns if comparisons is None else comparisons))
+    tail = (1.0 - PROTOCOL.confidence) / (2 * (columns if comparisons is None else comparisons))
     lower, upper = np.quantile(means, [tail, 1.0 - tail], axis=0)
     return Intervals(values.mean(axis=0), lower, upper)

@@ -1,4 +1,4 @@
-"""The default reading in full: counts, intervals, and the scenes that are shown."""
+"""The default configuration in full: counts, intervals, and the scenes that are shown."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""One set under one reading: everything measured, judged, and put into plain values."""
+"""One set under one configuration: everything measured, judged, and put into plain values."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from verification.experiments.design import Design
 from verification.experiments.measure.baselines import BASELINES, run_baselines
 from verification.experiments.measure.claims import CLAIMS, Measured
+from verification.experiments.measure.configurations import Configuration, first
 from verification.experiments.measure.detail import detail
 from verification.experiments.measure.features import Store, bits_name
 from verification.experiments.measure.limits import limits
 from verification.experiments.measure.numbers import rounded
-from verification.experiments.measure.readings import Reading, first
 from verification.experiments.measure.trials import Known, run_explained, run_trials, score_explained
-from verification.experiments.measure.verdicts import judge
+from verification.experiments.measure.verdicts import entry, judge, rule_of
 from verification.experiments.measure.weights import weigh
 from verification.experiments.scenes.pictures import STUDIED, Layout
 
@@ -36,15 +36,15 @@ class Part:
     layout: Layout
     store: Store
 
-    def described(self, reading: Reading) -> tuple[Floats, Known]:
+    def described(self, configuration: Configuration) -> tuple[Floats, Known]:
         """Features of all pictures, and the references."""
-        X = self.store.matrix(reading)
+        X = self.store.matrix(configuration)
         O = np.ascontiguousarray(X[: len(self.layout.objects)].T)  # noqa: E741 - the paper's symbol
-        return X, Known(self.layout.objects, O, reading.features.modality_sizes, reading.lambda1)
+        return X, Known(self.layout.objects, O, configuration.features.modality_sizes, configuration.lambda1)
 
-    def information(self, reading: Reading) -> Floats:
+    def information(self, configuration: Configuration) -> Floats:
         """Bits that each view shares with its object's reference, shape (scenes, views)."""
-        bits = self.store.load(bits_name(reading))
+        bits = self.store.load(bits_name(configuration))
         return np.array([bits[rows] for _, rows in self.layout.rows()])
 
 
@@ -58,20 +58,20 @@ class Task:
         "simulation" or "photographs".
     physical, study : Part
         The set in which objects are recognised, and the case study.
-    reading : Reading
+    configuration : Configuration
     design : Design
     """
 
     collection: str
     physical: Part
     study: Part
-    reading: Reading
+    configuration: Configuration
     design: Design
 
     @property
     def name(self) -> str:
         """Unlike that of any other task."""
-        return f"{self.collection}-{self.reading.id}"
+        return f"{self.collection}-{self.configuration.id}"
 
 
 def evaluate(task: Task) -> dict[str, Any]:
@@ -80,25 +80,25 @@ def evaluate(task: Task) -> dict[str, Any]:
     Returns
     -------
     dict
-        Plain JSON values: "reading" as the record has it, "limits", and for the default reading "default".
+        Plain JSON values: "reading" as the record has it, "limits", and "default" for the default one.
     """
-    layout, design, reading = task.physical.layout, task.design, task.reading
-    X, known = task.physical.described(reading)
-    views, references = task.study.described(reading)
-    default = reading == first(1)[0]
+    layout, design, configuration = task.physical.layout, task.design, task.configuration
+    X, known = task.physical.described(configuration)
+    views, references = task.study.described(configuration)
+    default = configuration == first(1)[0]
     case = next((scene.name for scene in layout.scenes if scene.level == STUDIED), "")
     measured = Measured(
         design,
         layout,
         run_trials(layout, X, known, design),
         weigh(layout, X, known, frozenset([case] if default else [])),
-        task.physical.information(reading),
+        task.physical.information(configuration),
         task.study.layout,
         weigh(task.study.layout, views, references),
     )
     baselines = run_baselines(layout, X, known, design)
     found = {
-        "reading": _reading(measured, reading, baselines),
+        "reading": _reading(measured, configuration, baselines),
         "limits": limits(measured, known, score_explained(layout, X, known)),
     }
     if default:
@@ -106,14 +106,14 @@ def evaluate(task: Task) -> dict[str, Any]:
     return found
 
 
-def _reading(measured: Measured, reading: Reading, baselines: Floats) -> dict[str, Any]:
-    """The record's entry of one reading."""
-    judged = {part: judge(claim(measured), measured.design) for part, claim in CLAIMS.items()}
+def _reading(measured: Measured, configuration: Configuration, baselines: Floats) -> dict[str, Any]:
+    """The record's entry of one configuration."""
+    judged = {part: judge(claim(measured), rule_of(part), measured.design) for part, claim in CLAIMS.items()}
     settings = measured.trials.settings
     return {
-        "id": reading.id,
-        "levels": reading.as_json(),
-        "claims": {part: rounded(each.as_json()) for part, each in judged.items()},
+        "id": configuration.id,
+        "levels": configuration.as_json(),
+        "claims": {part: entry(each, rule_of(part)) for part, each in judged.items()},
         "accuracy": rounded(settings.scores.mean(axis=(0, 3))),
         "open": rounded(settings.open.mean(axis=(0, 3))),
         "baselines": dict(zip(BASELINES, rounded(baselines.mean(axis=(0, 3))), strict=True)),

@@ -19,8 +19,8 @@ from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
 from convexperc.features.pictures import resize, to_gray
 from convexperc.files import write_atomic
+from verification.experiments.measure.configurations import Configuration
 from verification.experiments.measure.information import mutual_information
-from verification.experiments.measure.readings import Reading
 from verification.experiments.scenes.pictures import Layout, Mask, Picture, PictureSet
 from verification.provenance import source_digest, versions
 
@@ -50,24 +50,24 @@ class Block:
     modality : str
     background : bool
         Whether pixels are kept that do not show the object.
-    configuration : FeatureConfiguration
+    features : FeatureConfiguration
         With the defaults for all that does not concern the modality.
     """
 
     modality: str
     background: bool
-    configuration: FeatureConfiguration
+    features: FeatureConfiguration
 
 
-def blocks(reading: Reading) -> tuple[Block, ...]:
-    """What a reading's features are joined from, before they are normalised."""
-    features = reading.features
+def blocks(configuration: Configuration) -> tuple[Block, ...]:
+    """What a configuration's features are joined from, before they are normalised."""
+    features = configuration.features
     found = []
     for modality in MODALITIES:
         names = [each.name for each in fields(features) if each.name.startswith(f"{modality}_")]
         own = {name: getattr(features, name) for name in names}
         own["working_size"] = features.working_size
-        found.append(Block(modality, reading.background, FeatureConfiguration(**own)))
+        found.append(Block(modality, configuration.background, FeatureConfiguration(**own)))
     return tuple(found)
 
 
@@ -122,35 +122,35 @@ class Store:
         """Pictures at the working size, shape (count, height, width, 3)."""
         return np.asarray(self.load(_prepared(size, background)), dtype=np.uint8)
 
-    def matrix(self, reading: Reading) -> Floats:
-        """Features of all pictures under one reading, shape (count, d)."""
-        parts = {block.modality: self.load(block) for block in blocks(reading)}
+    def matrix(self, configuration: Configuration) -> Floats:
+        """Features of all pictures under one configuration, shape (count, d)."""
+        parts = {block.modality: self.load(block) for block in blocks(configuration)}
         rows = [{name: part[k] for name, part in parts.items()} for k in range(self.count)]
-        return np.stack([normalise(row, reading.features.normalisation) for row in rows])
+        return np.stack([normalise(row, configuration.features.normalisation) for row in rows])
 
 
 def prepare(
     pictures: PictureSet,
     store: Store,
-    readings: Iterable[Reading],
+    configurations: Iterable[Configuration],
     workers: int,
     progress: Callable[[int, int], None],
 ) -> None:
-    """Compute what the readings need and the store does not have.
+    """Compute what the configurations need and the store does not have.
 
     Parameters
     ----------
     pictures : PictureSet
         That of the store.
     store : Store
-    readings : iterable of Reading
+    configurations : iterable of Configuration
     workers : int
         Processes.
     progress : callable
         Called with how many blocks are done, of how many.
     """
-    chosen = list(dict.fromkeys(block for reading in readings for block in blocks(reading)))
-    for size, background in dict.fromkeys((b.configuration.working_size, b.background) for b in chosen):
+    chosen = list(dict.fromkeys(block for configuration in configurations for block in blocks(configuration)))
+    for size, background in dict.fromkeys((b.features.working_size, b.background) for b in chosen):
         name = _prepared(size, background)
         if not store.known(name):
             store.save(name, _resized(pictures, size, background=background))
@@ -169,9 +169,9 @@ def without_background(picture: Picture, mask: Mask) -> Picture:
     return np.where(mask[..., None], picture, np.uint8(GRAY))
 
 
-def bits_name(reading: Reading) -> str:
+def bits_name(configuration: Configuration) -> str:
     """Name in the store of the bits that each picture shares with its object's reference."""
-    return _bits(reading.features.working_size, reading.background)
+    return _bits(configuration.features.working_size, configuration.background)
 
 
 def _bits(size: tuple[int, int], background: bool) -> str:
@@ -197,6 +197,6 @@ def _resized(pictures: PictureSet, size: tuple[int, int], *, background: bool) -
 
 
 def _compute(store: Store, block: Block) -> None:
-    pictures = store.pictures(block.configuration.working_size, background=block.background)
+    pictures = store.pictures(block.features.working_size, background=block.background)
     describe = MODALITIES[block.modality]
-    store.save(block, np.stack([describe(picture, block.configuration) for picture in pictures]))
+    store.save(block, np.stack([describe(picture, block.features) for picture in pictures]))

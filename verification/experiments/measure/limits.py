@@ -1,4 +1,4 @@
-"""Where the method goes wrong: counts under each reading, and what all readings together say."""
+"""Where the method goes wrong: counts under each configuration, and over all of them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -7,9 +7,9 @@ import numpy as np
 
 from verification.experiments.design import BOTH, SETTINGS
 from verification.experiments.measure.claims import Measured
+from verification.experiments.measure.configurations import FACTORS
 from verification.experiments.measure.multiverse import level_name
 from verification.experiments.measure.numbers import rounded
-from verification.experiments.measure.readings import FACTORS
 from verification.experiments.measure.trials import WRONG, Known
 from verification.experiments.measure.weights import followed
 
@@ -17,7 +17,7 @@ Entry = Mapping[str, Any]
 
 
 def limits(measured: Measured, known: Known, explained: float) -> dict[str, Any]:
-    """Counts of one reading.
+    """Counts of one configuration.
 
     Parameters
     ----------
@@ -60,57 +60,61 @@ def _confusion(measured: Measured) -> dict[str, Any]:
     return {"objects": list(layout.objects), "counts": counts.tolist(), "open": missing.tolist()}
 
 
-def summary(readings: Sequence[Entry], found: Sequence[Entry]) -> dict[str, Any]:
-    """What all readings together say.
+def summary(configurations: Sequence[Entry], found: Sequence[Entry]) -> dict[str, Any]:
+    """What all configurations together say.
 
     Parameters
     ----------
-    readings : sequence of mapping
+    configurations : sequence of mapping
         As the record has them; the default first.
     found : sequence of mapping
         What `limits` gave for each.
     """
     both = SETTINGS.index(BOTH)
     return {
-        "shortest": _shortest(readings, found, both),
-        "objective": _by_level("normalisation", readings, lambda k: readings[k]["accuracy"][both][-1]),
-        "explained": _by_level("normalisation", readings, lambda k: found[k]["explained"]),
-        "visible": _by_level("lambda1", readings, lambda k: found[k]["visible"])
+        "shortest": _shortest(configurations, found, both),
+        "objective": _by_level(
+            "normalisation", configurations, lambda k: configurations[k]["accuracy"][both][-1]
+        ),
+        "explained": _by_level("normalisation", configurations, lambda k: found[k]["explained"]),
+        "visible": _by_level("lambda1", configurations, lambda k: found[k]["visible"])
         | {"default": found[0]["visible"]},
         "accuracy": {
-            factor: _by_level(factor, readings, lambda k: np.mean(readings[k]["accuracy"][both]))
+            factor: _by_level(factor, configurations, lambda k: np.mean(configurations[k]["accuracy"][both]))
             for factor in FACTORS
         },
         "open": {
-            factor: _by_level(factor, readings, lambda k: np.mean(readings[k]["open"][both]))
+            factor: _by_level(factor, configurations, lambda k: np.mean(configurations[k]["open"][both]))
             for factor in FACTORS
         },
-        "settings": rounded(np.mean([each["accuracy"] for each in readings], axis=(0, 2))),
-        "settings_open": rounded(np.mean([each["open"] for each in readings], axis=(0, 2))),
-        "grid": rounded(np.mean([each["grid"] for each in readings], axis=0)),
+        "settings": rounded(np.mean([each["accuracy"] for each in configurations], axis=(0, 2))),
+        "settings_open": rounded(np.mean([each["open"] for each in configurations], axis=(0, 2))),
+        "grid": rounded(np.mean([each["grid"] for each in configurations], axis=0)),
         "grid_open": rounded(np.mean([each["grid open"] for each in found], axis=0)),
         "confusion": found[0]["confusion"],
     }
 
 
-def _shortest(readings: Sequence[Entry], found: Sequence[Entry], setting: int) -> dict[str, dict[str, int]]:
+def _shortest(
+    configurations: Sequence[Entry], found: Sequence[Entry], setting: int
+) -> dict[str, dict[str, int]]:
     """Wrong labels where references differ in length, and those that are the shortest, by normalisation."""
     counts: dict[str, dict[str, int]] = {}
-    for reading, each in zip(readings, found, strict=True):
+    for configuration, each in zip(configurations, found, strict=True):
         if each["shortest"] is not None:
-            kept = counts.setdefault(reading["levels"]["normalisation"], {"wrong": 0, "shortest": 0})
+            kept = counts.setdefault(configuration["levels"]["normalisation"], {"wrong": 0, "shortest": 0})
             for name in kept:
                 kept[name] += each[name][setting]
     return counts
 
 
 def _by_level(
-    factor: str, readings: Sequence[Entry], value: Callable[[int], float | None]
+    factor: str, configurations: Sequence[Entry], value: Callable[[int], float | None]
 ) -> dict[str, float]:
-    """Mean over the readings of each level that has been tried."""
+    """Mean over the configurations of each level that has been tried."""
     found: dict[str, list[float]] = {}
-    for k, reading in enumerate(readings):
+    for k, configuration in enumerate(configurations):
         measured = value(k)
         if measured is not None:
-            found.setdefault(level_name(reading["levels"][factor]), []).append(measured)
+            found.setdefault(level_name(configuration["levels"][factor]), []).append(measured)
     return {level: rounded(np.mean(values)) for level, values in found.items()}

@@ -1,45 +1,59 @@
-"""The rule over all readings: supported, refuted, or dependent on the reading, and by which factor."""
+"""All configurations together: how many say what of a part of a claim, in all and by level of each factor."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from verification.experiments.measure.readings import FACTORS
-from verification.experiments.measure.verdicts import HOLDS, INCONCLUSIVE, OUTCOMES, REFUTED
+from verification.ledger.claims import PROTOCOL
+from verification.ledger.surveys import SurveyOutcome, Tally
 
-SUPPORTED = "supported"
-SUPPORTING = 0.95
-"""Share of readings in which a claim must hold, with none against it, to be called supported."""
-
-
-def verdict(outcomes: Sequence[str]) -> str:
-    """Supported, refuted or inconclusive, from the outcome of every reading."""
-    holds, refuted = outcomes.count(HOLDS), outcomes.count(REFUTED)
-    if holds >= SUPPORTING * len(outcomes) and not refuted:
-        return SUPPORTED
-    return REFUTED if 2 * refuted > len(outcomes) else INCONCLUSIVE
+Tallies = dict[str, dict[str, Tally]]
+"""By factor and level."""
 
 
-def survey(readings: Sequence[Mapping[str, Any]], part: str) -> dict[str, Any]:
-    """Count the outcomes of a part of a claim, in all and for each level of each factor.
+def tallies(
+    entries: Sequence[Mapping[str, Any]],
+    outcomes: Sequence[SurveyOutcome],
+    factors: Mapping[str, Sequence[Any]],
+) -> Tallies:
+    """Count outcomes by level.
 
     Parameters
     ----------
-    readings : sequence of mapping
-        As the record has them: with "levels" and "claims".
-    part : str
+    entries : sequence of mapping
+        Configurations as the record has them: with "levels".
+    outcomes : sequence of SurveyOutcome
+        One of each.
+    factors : mapping of str to sequence
+        Levels by factor.
     """
-    outcomes = [each["claims"][part]["outcome"] for each in readings]
-    factors: dict[str, dict[str, list[int]]] = {}
-    for factor, levels in FACTORS.items():
-        factors[factor] = {}
-        for level in levels:
-            pairs = zip(readings, outcomes, strict=True)
-            chosen = [outcome for each, outcome in pairs if each["levels"][factor] == level]
-            factors[factor][level_name(level)] = [chosen.count(kind) for kind in OUTCOMES]
-    counts = {kind: outcomes.count(kind) for kind in OUTCOMES}
-    return {"verdict": verdict(outcomes), "readings": len(outcomes), "factors": factors} | counts
+    return {
+        factor: {
+            level_name(level): Tally.of(
+                outcome
+                for each, outcome in zip(entries, outcomes, strict=True)
+                if each["levels"][factor] == level
+            )
+            for level in levels
+        }
+        for factor, levels in factors.items()
+    }
 
 
-def level_name(level: Any) -> str:
+def survey(
+    entries: Sequence[Mapping[str, Any]], part: str, factors: Mapping[str, Sequence[Any]]
+) -> dict[str, Any]:
+    """The record's counts of a part of a claim, with the verdict of the ledger's rule."""
+    outcomes = [SurveyOutcome(each["claims"][part]["outcome"]) for each in entries]
+    counts = Tally.of(outcomes)
+    by_level = tallies(entries, outcomes, factors)
+    return {
+        "verdict": PROTOCOL.verdict(counts).value,
+        "readings": counts.total,
+        "factors": {name: {level: list(n) for level, n in each.items()} for name, each in by_level.items()},
+        **counts._asdict(),
+    }
+
+
+def level_name(level: object) -> str:
     """A level as a key of the record."""
-    return f"{level:g}" if isinstance(level, float) else str(level)
+    return f"{level:g}" if isinstance(level, (int, float)) else str(level)

@@ -1,4 +1,4 @@
-"""What the weights of the views are worth at other lambdas than the paper's, under the default reading."""
+"""What the weights of the views are worth at other lambdas than the paper's, by default features."""
 
 from typing import Any
 
@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verification.experiments.design import Pair
+from verification.experiments.measure.configurations import Configuration
 from verification.experiments.measure.evaluation import Part
 from verification.experiments.measure.numbers import rounded
-from verification.experiments.measure.readings import Reading
 from verification.experiments.measure.weights import chance_that_best_are_good, followed, weigh
 from verification.experiments.scenes.pictures import Layout
 
@@ -18,7 +18,7 @@ CHOICES: tuple[Pair, ...] = ((0.0, 0.0), (0.1, 0.1), (1.0, 0.1))
 """(lambda2, lambda3): least squares, the paper's, and the library's."""
 
 
-def rankings(physical: Part, study: Part, reading: Reading) -> list[dict[str, Any]]:
+def rankings(physical: Part, study: Part, configuration: Configuration) -> list[dict[str, Any]]:
     """Weigh every scene for its own object by each of `CHOICES`.
 
     Returns
@@ -29,8 +29,8 @@ def rankings(physical: Part, study: Part, reading: Reading) -> list[dict[str, An
         weights that are below 0; "three": mean over the case study of the chance that the three good views
         are ranked first.
     """
-    X, known = physical.described(reading)
-    views, references = study.described(reading)
+    X, known = physical.described(configuration)
+    views, references = study.described(configuration)
     found = []
     for pair in CHOICES:
         w = weigh(physical.layout, X, known, pair=pair).w

@@ -1,4 +1,4 @@
-"""Every trial of a set under one reading: who is recognised, by proof, and what it scores."""
+"""Every trial of a set under one configuration: who is recognised, by proof, and what it scores."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ RIGHT, WRONG, TIE, UNDECIDED = range(4)
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """The references under one reading, and how they are compared.
+    """The references under one configuration, and how they are compared.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The rule of one reading: a claim holds, is refuted, or is left open, by all of its comparisons together."""
+"""What one configuration says of a part of a claim, by the ledger's rule for all comparisons together."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,13 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.errors import InputError
 from verification.experiments.design import Design
 from verification.experiments.measure.bootstrap import intervals
+from verification.experiments.measure.numbers import rounded
+from verification.ledger.claims import PARTS
+from verification.ledger.rules import Rule
+from verification.ledger.surveys import Comparison, SurveyOutcome
 
 Floats = NDArray[np.float64]
 
-HOLDS, REFUTED, INCONCLUSIVE = "holds", "refuted", "inconclusive"
-OUTCOMES = (HOLDS, REFUTED, INCONCLUSIVE)
 DIGITS = 9
 """Decimals to which a bound is compared: differences of scores are fractions that floats only approach."""
 
@@ -26,69 +29,73 @@ class Comparisons:
     ----------
     differences : mapping of str to float64 (units,)
         By the comparison's name; of the same units.
-    smallest : float
-        The smallest effect of interest: a gain below it is no gain.
     left_out : int
         Units for which the difference is not defined.
     """
 
     differences: Mapping[str, Floats]
-    smallest: float
     left_out: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Judgement:
-    """What one reading says of a part of a claim, with the comparison that decides.
+def rule_of(part: str) -> Rule:
+    """Find the rule of a part of a claim.
 
-    Attributes
-    ----------
-    outcome : str
-        One of `OUTCOMES`.
-    statistic, lower, upper : float or None
-        Mean and bounds of the comparison that decides; None without a single unit.
-    comparison : str
-    comparisons : int
-    units : int
-    left_out : int
+    Raises
+    ------
+    InputError
+        The ledger has none.
     """
-
-    outcome: str
-    statistic: float | None
-    lower: float | None
-    upper: float | None
-    comparison: str
-    comparisons: int
-    units: int
-    left_out: int
-
-    def as_json(self) -> dict[str, Any]:
-        """Plain JSON values."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+    rules = {key: each.rule for key, each in PARTS.items() if each.rule is not None}
+    if part not in rules:
+        must = f"must be a part of the ledger with a rule: {', '.join(rules)}"
+        raise InputError("part of a claim", value=part, must=must)
+    return rules[part]
 
 
-def judge(claim: Comparisons, design: Design) -> Judgement:
-    """Judge a claim.
-
-    Refuted if some comparison's upper bound lies below the smallest effect of interest; else it holds if
-    every comparison's lower bound lies above 0; else it is left open. The comparison that decides is the one
-    of the smallest upper bound where it is refuted, else the one of the smallest lower bound.
+def judge(claim: Comparisons, rule: Rule, design: Design) -> Comparison:
+    """Find the comparison that decides, and what it says; without numbers if there is not a single unit.
 
     Parameters
     ----------
     claim : Comparisons
+    rule : Rule
+        Of the part of the claim.
     design : Design
+
+    Raises
+    ------
+    ValueError
+        The rule fixes another number of comparisons.
     """
     names = list(claim.differences)
+    if len(names) != rule.comparisons:
+        raise ValueError(f"{len(names)} comparisons, the ledger fixes {rule.comparisons}")
     values = np.stack(list(claim.differences.values()), axis=1)
     units = len(values)
     if units == 0:
-        return Judgement(INCONCLUSIVE, None, None, None, names[0], len(names), 0, claim.left_out)
+        return Comparison(SurveyOutcome.INCONCLUSIVE, None, None, None, names[0], 0, claim.left_out)
     found = intervals(values, design)
-    lower, upper = found.lower.round(DIGITS), found.upper.round(DIGITS)
-    if (upper < claim.smallest).any():
-        outcome, k = REFUTED, int(upper.argmin())
-    else:
-        outcome, k = HOLDS if (lower > 0.0).all() else INCONCLUSIVE, int(lower.argmin())
-    bounds = float(found.mean[k]), float(lower[k]), float(upper[k])
-    return Judgement(outcome, *bounds, names[k], len(names), units, claim.left_out)
+    lower, upper = found.lower.round(DIGITS).tolist(), found.upper.round(DIGITS).tolist()
+    k = rule.decisive(lower, upper)
+    outcome = rule.outcome(lower[k], upper[k])
+    return Comparison(outcome, float(found.mean[k]), lower[k], upper[k], names[k], units, claim.left_out)
+
+
+def entry(found: Comparison, rule: Rule) -> dict[str, Any]:
+    """The record's entry of a comparison that decides."""
+    return {
+        "outcome": str(found.outcome),
+        "statistic": rounded(found.statistic),
+        "lower": rounded(found.lower),
+        "upper": rounded(found.upper),
+        "comparison": found.name,
+        "comparisons": rule.comparisons,
+        "units": found.units,
+        "left_out": found.left_out,
+    }
+
+
+def from_entry(data: Mapping[str, Any]) -> Comparison:
+    """Read back what `entry` wrote."""
+    kept = ("outcome", "statistic", "lower", "upper", "comparison", "units", "left_out")
+    return Comparison(*(data[name] for name in kept))

@@ -10,9 +10,11 @@ from verification.experiments.measure.features import Store
 from verification.experiments.scenes.folder import read_case_study, read_physical
 from verification.experiments.scenes.photos import draw_photographs
 from verification.experiments.scenes.pictures import PictureSet
+from verification.ledger.surveys import DECIDING
 from verification.provenance import digest
 
-SIMULATION, PHOTOGRAPHS = "simulation", "photographs"
+PHOTOGRAPHS = "photographs"
+"""The set that stands beside the simulation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +34,7 @@ class Collection:
     @classmethod
     def simulated(cls, physical: Path, study: Path) -> "Collection":
         """Read the simulation's two folders; for errors see `read_physical`."""
-        return cls(SIMULATION, read_physical(physical), read_case_study(study))
+        return cls(DECIDING, read_physical(physical), read_case_study(study))
 
     @classmethod
     def photographed(cls, folder: Path, seed: int) -> "Collection":

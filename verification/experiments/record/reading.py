@@ -11,26 +11,27 @@ from pathlib import Path
 from typing import Any
 
 from convexperc.errors import FileFormatError
+from verification.experiments.measure.configurations import fraction
+from verification.experiments.measure.multiverse import tallies
+from verification.experiments.measure.verdicts import from_entry, rule_of
+from verification.experiments.record.collection import PHOTOGRAPHS
 from verification.experiments.record.contact_sheets import read_sheets
-from verification.ledger.claims import PARTS, PROTOCOL
-from verification.ledger.rules import Reading, Rule
-from verification.ledger.surveys import COMMAND, DECIDING, Comparison, Survey
+from verification.experiments.record.record import FORMAT
+from verification.ledger.claims import PROTOCOL
+from verification.ledger.rules import Rule
+from verification.ledger.surveys import COMMAND, DECIDING, Survey, SurveyOutcome, Tally
 from verification.ledger.verdicts import survey_verdict
 from verification.provenance import record_digest
 
-FORMAT = 1
 PACKAGED = Path(__file__).with_name("record.json")
 """The record that comes with the verifier."""
 SHEETS = "sheets"
 """Folder beside a record."""
-SETS = (DECIDING, "photographs")
-FULL = 128
-"""Readings of a whole record."""
+SETS = (DECIDING, PHOTOGRAPHS)
 ROUNDING = 1e-5
 """Relative: the record's numbers have six digits, so that a bound at the line may lie on its other side."""
 
 Record = Mapping[str, Any]
-Counts = tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +74,7 @@ def read_experiments(path: Path, with_sheets: bool = True) -> Experiments:
     ------
     FileFormatError
         It cannot be read, was changed after it was written, follows other rules than the ledger's, or its
-        verdicts do not follow from its readings; or the sheets beside it belong to another record.
+        verdicts do not follow from its configurations; or the sheets beside it belong to another record.
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
@@ -96,11 +97,6 @@ def read_experiments(path: Path, with_sheets: bool = True) -> Experiments:
 def packaged() -> Experiments | None:
     """The record that comes with the verifier; None if it comes without."""
     return read_experiments(PACKAGED) if PACKAGED.is_file() else None
-
-
-def level_name(level: object) -> str:
-    """A level of a factor as the key of a table."""
-    return f"{level:g}" if isinstance(level, (int, float)) else str(level)
 
 
 def checked(data: Record, name: str) -> Experiments:
@@ -127,117 +123,70 @@ def _command(data: Record) -> str:
     if data["design"]["seed"]:
         words.append(f"--seed {data['design']['seed']}")
     fewest = min(len(each["readings"]) for each in data["sets"])
-    if fewest < FULL:
-        words.append(f"--readings {fewest}")
+    if fewest < len(fraction()):
+        words.append(f"--configurations {fewest}")
     if any(each["name"] != DECIDING for each in data["sets"]):
         words.append("--photos DIR")
     return " ".join(words)
 
 
 def _surveys(pictures: Record, data: Record, command: str) -> Iterator[Survey]:
-    """Count the readings of each part, and see that the record's own counts and verdicts are the same."""
-    factors = data["design"]["factors"]
+    """Count each part again, and see that the record's own counts and verdicts are the same."""
+    factors, entries = data["design"]["factors"], pictures["readings"]
     default = _default(pictures, factors)
     for part, told in pictures["claims"].items():
         where = f"{part} on {pictures['name']}"
-        rule = _rule(part, where)
-        outcomes = {each["id"]: _outcome(each["claims"][part], rule, where) for each in pictures["readings"]}
-        holds, refuted, open_ = _counts(list(outcomes.values()))
-        levels = _levels(pictures["readings"], outcomes, factors)
-        first = Comparison(
-            outcome=outcomes[default["id"]],
-            name=default["claims"][part]["comparison"],
-            **{
-                key: default["claims"][part][key]
-                for key in ("statistic", "lower", "upper", "units", "left_out")
-            },
-        )
+        outcomes = [_outcome(each["claims"][part], rule_of(part), where) for each in entries]
+        counts, levels = Tally.of(outcomes), tallies(entries, outcomes, factors)
         survey = Survey(
-            part,
-            pictures["name"],
-            holds,
-            refuted,
-            open_,
-            first,
-            levels,
-            data["digest"],
-            pictures["digest"],
-            command,
-        )
-        own = [told["holds"], told["refuted"], told["inconclusive"], told["readings"]]
-        _equal(f"counts of {where}", own, [holds, refuted, open_, survey.readings], RECOUNT)
+            part, pictures["name"], *counts, from_entry(default["claims"][part]), levels,
+            data["digest"], pictures["digest"], command,
+        )  # fmt: skip
+        own = Tally(told["holds"], told["refuted"], told["inconclusive"])
+        _equal(f"counts of {where}", (own, told["readings"]), (counts, counts.total), RECOUNT)
+        by_level = {name: {level: list(n) for level, n in each.items()} for name, each in levels.items()}
+        _equal(f"counts by level of {where}", told["factors"], by_level, RECOUNT)
         _equal(f"verdict of {where}", told["verdict"], survey_verdict(survey).value, RECOUNT)
         yield survey
 
 
-RECOUNT = "The record must follow from its own readings by the rules of the ledger: make it again."
-
-
-def _rule(part: str, where: str) -> Rule:
-    found = PARTS.get(part)
-    if found is None or found.rule is None:
-        known = ", ".join(key for key, each in PARTS.items() if each.rule is not None)
-        raise FileFormatError(where, value=part, must=f"must be a part of the ledger with a rule: {known}")
-    return found.rule
+RECOUNT = "The record must follow from its own configurations by the rules of the ledger: make it again."
 
 
 def _default(pictures: Record, factors: Record) -> Record:
-    """The library's own reading: the first level of each factor."""
+    """The library's own configuration: the first level of each factor."""
     first = {name: levels[0] for name, levels in factors.items()}
     found: list[Record] = [each for each in pictures["readings"] if each["levels"] == first]
     ids = [each["id"] for each in pictures["readings"]]
     if len(found) != 1 or len(set(ids)) < len(ids):
         must = "must be there once, with the first level of each factor, and every id once"
-        raise FileFormatError(f"default reading of {pictures['name']}", value=len(found), must=must)
+        raise FileFormatError(f"default configuration of {pictures['name']}", value=len(found), must=must)
     for each in pictures["readings"]:
         if set(each["claims"]) != set(pictures["claims"]):
             odd = sorted(set(each["claims"]) ^ set(pictures["claims"]))
             must = "must judge the parts that the set judges"
-            raise FileFormatError(f"reading {each['id']} of {pictures['name']}", value=odd, must=must)
+            raise FileFormatError(f"configuration {each['id']} of {pictures['name']}", value=odd, must=must)
     return found[0]
 
 
-def _outcome(found: Record, rule: Rule, where: str) -> Reading:
-    """The outcome of a reading, which must follow from its deciding comparison."""
+def _outcome(found: Record, rule: Rule, where: str) -> SurveyOutcome:
+    """The outcome of a configuration, which must follow from its deciding comparison."""
     _equal(f"comparisons of {where}", found["comparisons"], rule.comparisons, "The ledger fixes it.")
-    outcome = Reading(found["outcome"])
+    outcome = SurveyOutcome(found["outcome"])
     if found["units"] == 0:
-        _equal(f"outcome of {where} without a scene", outcome, Reading.INCONCLUSIVE, RECOUNT)
+        _equal(f"outcome of {where} without a scene", outcome, SurveyOutcome.INCONCLUSIVE, RECOUNT)
         return outcome
     lower, upper = float(found["lower"]), float(found["upper"])
     line = rule.smallest_effect
     near = {rule.outcome(lower, upper)}
     if abs(upper - line) <= ROUNDING * line:
-        near |= {rule.outcome(lower, line), Reading.REFUTED}
+        near |= {rule.outcome(lower, line), SurveyOutcome.REFUTED}
     if outcome not in near or not lower <= upper:
         told = f"{outcome} at [{lower:g}, {upper:g}]"
         raise FileFormatError(
             f"outcome of {where}", value=told, must="must follow from its bounds", remedy=RECOUNT
         )
     return outcome
-
-
-def _counts(outcomes: list[Reading]) -> Counts:
-    return (
-        outcomes.count(Reading.HOLDS),
-        outcomes.count(Reading.REFUTED),
-        outcomes.count(Reading.INCONCLUSIVE),
-    )
-
-
-def _levels(
-    readings: list[Record], outcomes: Mapping[str, Reading], factors: Record
-) -> dict[str, dict[str, Counts]]:
-    """Readings by outcome, for each level of each factor."""
-    return {
-        factor: {
-            level_name(level): _counts(
-                [outcomes[each["id"]] for each in readings if each["levels"][factor] == level]
-            )
-            for level in levels
-        }
-        for factor, levels in factors.items()
-    }
 
 
 def _equal(name: str, value: object, expected: object, remedy: str) -> None:

@@ -1,4 +1,4 @@
-"""The record of a run: what was tried, every reading, the counts over all, and a digest of it all."""
+"""The record of a run: what was tried, every configuration, the counts over all, and a digest of it all."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,9 +7,9 @@ from typing import Any
 from convexperc.files import json_bytes, write_atomic
 from verification.experiments.design import Design
 from verification.experiments.measure.claims import CLAIMS
+from verification.experiments.measure.configurations import FACTORS
 from verification.experiments.measure.limits import summary
 from verification.experiments.measure.multiverse import survey
-from verification.experiments.measure.readings import FACTORS
 from verification.experiments.record.collection import Collection
 from verification.provenance import digest, machine, versions
 
@@ -31,7 +31,7 @@ def record(
     ----------
     collections : sequence of Collection
     measured : mapping of str to sequence of mapping
-        By the collection's name: what `evaluate` gave for each reading, the default first.
+        By the collection's name: what `evaluate` gave for each configuration, the default first.
     ranked : mapping of str to sequence of mapping
         By the collection's name: its `rankings`.
     design : Design
@@ -58,13 +58,13 @@ def write_record(folder: Path, data: Mapping[str, Any]) -> Path:
 def _set(
     collection: Collection, measured: Sequence[Mapping[str, Any]], ranked: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    readings = [each["reading"] for each in measured]
+    configurations = [each["reading"] for each in measured]
     return dict(collection.as_json()) | {
-        "claims": {part: survey(readings, part) for part in CLAIMS},
-        "readings": readings,
+        "claims": {part: survey(configurations, part, FACTORS) for part in CLAIMS},
+        "readings": configurations,
         "default": measured[0]["default"],
         "rankings": list(ranked),
-        "limits": summary(readings, [each["limits"] for each in measured]),
+        "limits": summary(configurations, [each["limits"] for each in measured]),
     }
 
 

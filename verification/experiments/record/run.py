@@ -1,4 +1,4 @@
-"""A whole run: features, every reading of every set by as many workers as wanted, and the record."""
+"""A whole run: features, every configuration of every set by as many workers as wanted, and the record."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -9,17 +9,17 @@ from typing import Any
 from joblib import Parallel, delayed, parallel_config
 
 from verification.experiments.design import Design
+from verification.experiments.measure.configurations import Configuration
 from verification.experiments.measure.evaluation import Task, evaluate
 from verification.experiments.measure.features import prepare
 from verification.experiments.measure.rankings import rankings
-from verification.experiments.measure.readings import Reading
 from verification.experiments.record.collection import Collection
 from verification.experiments.record.record import record
 from verification.journal import Journal
 from verification.provenance import source_digest, versions
 
 SOURCE, SIMULATION = ("convexperc", "verification/experiments"), "convexperc/simulation"
-"""What a reading depends on; the simulation makes pictures, whose own digest counts."""
+"""What a configuration depends on; the simulation makes pictures, whose own digest counts."""
 
 Progress = Callable[[str, int, int], None]
 """Told the stage, how much is done, and of how much."""
@@ -36,7 +36,7 @@ class Timed:
 
 def run(
     collections: Sequence[Collection],
-    readings: tuple[Reading, ...],
+    configurations: tuple[Configuration, ...],
     design: Design,
     *,
     cache: Path,
@@ -44,18 +44,18 @@ def run(
     workers: int,
     progress: Progress = lambda stage, done, total: None,
 ) -> dict[str, Any]:
-    """Measure and judge every reading of every collection.
+    """Measure and judge every configuration of every collection.
 
     Parameters
     ----------
     collections : sequence of Collection
         With different names.
-    readings : tuple of Reading
+    configurations : tuple of Configuration
         The default first.
     design : Design
     cache, journal : Path
-        Folders for features and for finished readings, made when missing. What is kept there of the same
-        pictures, design and source is not done again.
+        Folders for features and for finished configurations, made when missing. What is kept there of
+        the same pictures, design and source is not done again.
     workers : int
         Processes; the record does not depend on it.
     progress : callable
@@ -72,8 +72,8 @@ def run(
         parts = each.parts(cache)
         for part, pictures in zip(parts, (each.physical, each.study), strict=True):
             stage = f"features of {part.layout.name}"
-            prepare(pictures, part.store, readings, workers, _told(progress, stage))
-        tasks += [Task(each.name, *parts, reading, design) for reading in readings]
+            prepare(pictures, part.store, configurations, workers, _told(progress, stage))
+        tasks += [Task(each.name, *parts, configuration, design) for configuration in configurations]
     seconds["features"] = time.perf_counter() - began
     journals = {
         each.name: Journal(journal / f"{each.name}.jsonl", _head(each, design)) for each in collections
@@ -81,13 +81,15 @@ def run(
     found = _finish(tasks, journals, workers, progress)
     each_took = {timed.name: timed.seconds for timed in found.values() if timed.seconds is not None}
     seconds["readings"] = sum(each_took.values())
-    measured = {each.name: [found[f"{each.name}-{r.id}"].found for r in readings] for each in collections}
-    ranked = {each.name: rankings(*each.parts(cache), readings[0]) for each in collections}
+    measured = {
+        each.name: [found[f"{each.name}-{r.id}"].found for r in configurations] for each in collections
+    }
+    ranked = {each.name: rankings(*each.parts(cache), configurations[0]) for each in collections}
     return record(collections, measured, ranked, design, {"seconds": seconds, "workers": workers})
 
 
 def _head(collection: Collection, design: Design) -> dict[str, Any]:
-    """All that the outcome of a reading depends on."""
+    """All that the outcome of a configuration depends on."""
     return {
         "design": design.as_json(),
         "pictures": {collection.name: collection.digest},
@@ -105,14 +107,14 @@ def _finish(
     for name, journal in owners.items():
         if name in journal.entries:
             found[name] = Timed(name, journal.entries[name], None)
-    progress("readings", len(found), len(tasks))
+    progress("configurations", len(found), len(tasks))
     missing = [task for task in tasks if task.name not in found]
     with parallel_config(backend="loky", inner_max_num_threads=1):
         done = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         for timed in done(delayed(_timed)(task) for task in missing):
             owners[timed.name].put(timed.name, timed.found)
             found[timed.name] = timed
-            progress("readings", len(found), len(tasks))
+            progress("configurations", len(found), len(tasks))
     return found
 
 

@@ -6,7 +6,7 @@ from verification.report.experiments.blocks import Block, Heading, Listing, Para
 from verification.report.marks import prose, table
 
 
-def lines(blocks: Sequence[Block], level: int, folder: str = "") -> Iterator[str]:
+def lines(blocks: Sequence[Block], level: int, folder: str = "", sheets: str = "sheets") -> Iterator[str]:
     """The lines of all blocks.
 
     Parameters
@@ -15,7 +15,9 @@ def lines(blocks: Sequence[Block], level: int, folder: str = "") -> Iterator[str
     level : int
         Of the headings.
     folder : str
-        Where figures/ and sheets/ lie, with a slash at its end; "-" names the drawings and shows none.
+        Where figures/ lies, with a slash at its end; "-" names the drawings and shows none.
+    sheets : str
+        Where the contact sheets lie.
     """
     for block in blocks:
         match block:
@@ -29,9 +31,9 @@ def lines(blocks: Sequence[Block], level: int, folder: str = "") -> Iterator[str
                 yield from _table(block)
             case Picture(drawing):
                 caption = f"{drawing.title}. {drawing.caption}"
-                yield from _shown(caption, f"figures/{drawing.name}.svg", folder)
+                yield from _shown(caption, f"{folder}figures/{drawing.name}.svg", folder)
             case Sheet():
-                yield from _shown(block.caption, f"sheets/{block.name}.jpg", folder)
+                yield from _shown(block.caption, f"{sheets}/{block.name}.jpg", folder)
         yield ""
 
 
@@ -44,4 +46,4 @@ def _shown(caption: str, place: str, folder: str) -> Iterator[str]:
     if folder == "-":
         yield f"*Drawing in report.html:* {prose(caption)}"
     else:
-        yield from (f"![{prose(caption.partition('.')[0])}]({folder}{place})", "", prose(caption))
+        yield from (f"![{prose(caption.partition('.')[0])}]({place})", "", prose(caption))

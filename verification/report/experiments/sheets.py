@@ -79,8 +79,8 @@ def contact_sheets(record: Data, data_dirs: Sequence[Path]) -> dict[str, bytes]:
     Returns
     -------
     dict of str to bytes
-        JPEG by name, together at most `BUDGET` bytes; empty if the record has no simulated set.
-        Photographs are never shown.
+        JPEG by name, in the order of the names, together at most `BUDGET` bytes; empty if the record has no
+        simulated set. Photographs are never shown.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def contact_sheets(record: Data, data_dirs: Sequence[Path]) -> dict[str, bytes]:
     drawn["2-case"] = _case(physical, default["case"])
     drawn["3-levels"] = _levels(physical, physical.scene(default["case"]["scene"])["object"])
     drawn["4-references"] = _references(physical)
-    return _encoded(drawn)
+    return _encoded(dict(sorted(drawn.items())))
 
 
 def _encoded(drawn: Mapping[str, Picture]) -> dict[str, bytes]:

@@ -8,8 +8,7 @@ from jaxtyping import Float
 
 from verification.experiments.record.reading import Experiments
 from verification.ledger.claims import PARTS
-from verification.ledger.rules import Reading
-from verification.ledger.surveys import DECIDING, Survey
+from verification.ledger.surveys import DECIDING, Survey, SurveyOutcome
 from verification.ledger.verdicts import survey_verdict
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
@@ -133,5 +132,5 @@ def _short(value: float) -> float:
 
 
 def outcome_in_words(outcome: str) -> str:
-    """An outcome of a reading, as the report calls it."""
-    return "open" if outcome == Reading.INCONCLUSIVE else outcome
+    """An outcome of a configuration, as the report calls it."""
+    return "open" if outcome == SurveyOutcome.INCONCLUSIVE else outcome

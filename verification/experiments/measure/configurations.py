@@ -1,10 +1,10 @@
-"""The readings of what the paper leaves open: seven factors, and a regular fraction of all combinations.
+"""Choices of all that the paper leaves open: seven factors, and a regular fraction of all combinations.
 
 Three factors of four levels have two bits each, four of two levels one each: ten bits. Of the 1,024
 combinations those are tried that `GENERATORS` accept: each is a set of bits of which an even number must be
-one. Products of generators hold as well; each of the seven involves at least
-four factors, so that in the 128 readings all combinations of the levels of any three factors are equally
-frequent (resolution IV in factors).
+one. Products of generators hold as well; each of the seven involves at least four factors, so that in the
+128 configurations all combinations of the levels of any three factors are equally frequent (resolution IV in
+factors).
 
 Source: G. E. P. Box and J. S. Hunter, The 2^(k-p) fractional factorial designs, Technometrics 3, 1961; four
 levels by two bits: S. Addelman, Technometrics 4, 1962.
@@ -44,7 +44,7 @@ GENERATORS = (0b0001010111, 0b0110011001, 0b1010101111)
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class Configuration:
     """One level of each factor.
 
     Attributes
@@ -99,17 +99,17 @@ def owners() -> tuple[int, ...]:
 
 
 @cache
-def fraction() -> tuple[Reading, ...]:
-    """All readings, in an order of which every beginning is as balanced as it can be; the default first."""
+def fraction() -> tuple[Configuration, ...]:
+    """All of them, in an order of which every beginning is as balanced as it can be; the default first."""
     basis = _basis()
     words = [0]
     for vector in basis:
         words += [word ^ vector for word in words]
-    return tuple(Reading(f"r{k:03d}", _levels(word)) for k, word in enumerate(words))
+    return tuple(Configuration(f"r{k:03d}", _levels(word)) for k, word in enumerate(words))
 
 
-def first(count: int) -> tuple[Reading, ...]:
-    """The first `count` readings.
+def first(count: int) -> tuple[Configuration, ...]:
+    """The first `count` configurations.
 
     Raises
     ------
