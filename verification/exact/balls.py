@@ -1,6 +1,6 @@
 """Numbers for exact runs: rationals while they last, then balls that contain the true number."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any
@@ -72,11 +72,3 @@ def ball(x: Enclosure) -> Any:
     if x.width == 0:
         return exact(x.lower)
     return arb(exact((x.lower + x.upper) / 2), exact(x.width / 2))
-
-
-def uniform(values: Iterable[Any]) -> list[Any]:
-    """Return Fractions where all numbers are rational, else balls for all."""
-    numbers = list(values)
-    if all(isinstance(x, fmpq) for x in numbers):
-        return [enclosed(x).lower for x in numbers]
-    return [arb(x) for x in numbers]

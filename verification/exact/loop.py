@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from convexperc.problem.problem import Problem
 from verification.exact.algorithm import SingularStepError, Systems, Update
-from verification.exact.balls import Numbers, UnresolvedError, ball, enclosed, exact, precision, uniform
+from verification.exact.balls import Numbers, UnresolvedError, ball, enclosed, exact, precision
 from verification.exact.formulation import objective
 from verification.exact.numbers import Enclosure, Rational
 from verification.exact.problem import ExactProblem
@@ -128,12 +128,12 @@ def rise_confirmed(
     """
     data = ExactProblem.of(problem)
     systems, point = Systems(data), (_numbers(w), _numbers(u))
-    before, after = _objective(data, *point, PRECISIONS[0]), None
+    before, after = objective(data, *point, bits=PRECISIONS[0]), None
     for bits in PRECISIONS:
         with precision(bits):
             try:
                 new = systems.step(update, *point, balls=bits == PRECISIONS[0])
-                before, after = _objective(data, *point, bits), _objective(data, *new, bits)
+                before, after = objective(data, *point, bits=bits), objective(data, *new, bits=bits)
             except SingularStepError:
                 return Rise(False, before, None)
             except UnresolvedError:
@@ -160,7 +160,7 @@ def image(
     with precision(PRECISIONS[0]):
         point = [ball(x) for x in w], [ball(x) for x in u]
         new_w, new_u = Systems(problem).step(update, *point, balls=True)
-        return _enclosures(new_w), _enclosures(new_u), _objective(problem, *point, PRECISIONS[0])
+        return _enclosures(new_w), _enclosures(new_u), objective(problem, *point)
 
 
 def _run(
@@ -180,12 +180,7 @@ def _run(
 
 
 def _iterate(data: ExactProblem, w: Numbers, u: Numbers) -> Iterate:
-    return Iterate(_enclosures(w), _enclosures(u), _objective(data, w, u, PRECISIONS[0]))
-
-
-def _objective(data: ExactProblem, w: Numbers, u: Numbers, bits: int) -> Enclosure:
-    """F where w and u may be rationals and balls mixed; irrational norms of rationals to `bits` bits."""
-    return objective(data, uniform(w), uniform(u), bits=bits)
+    return Iterate(_enclosures(w), _enclosures(u), objective(data, w, u, bits=PRECISIONS[0]))
 
 
 def _bits(x: Any) -> int:

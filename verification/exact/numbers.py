@@ -59,7 +59,8 @@ def integers(values: Iterable[Any]) -> tuple[list[int], int]:
 
 def total(values: Iterable[Fraction]) -> Fraction:
     """Return the exact sum."""
-    return sum(values, Fraction(0))
+    whole, unit = integers(values)
+    return Fraction(sum(whole), unit)
 
 
 def inner(x: Iterable[Fraction], y: Iterable[Fraction]) -> Fraction:

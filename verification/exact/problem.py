@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -67,7 +68,7 @@ class ExactProblem:
     ) -> "ExactProblem":
         whole, unit = integers(x for row in X for x in row)
         entries = iter(whole)
-        rows = tuple(tuple(next(entries) for _ in row) for row in X)
+        rows = tuple(tuple(islice(entries, len(row))) for row in X)
         target, target_unit = integers(o)
         return cls(rows, unit, tuple(target), target_unit, groups, *(Fraction(x) for x in lambdas))
 
