@@ -34,7 +34,18 @@ from verification.experiments.measure.evaluation import recorded
 from verification.experiments.measure.limits import limits, summary
 from verification.experiments.measure.multiverse import level_name, survey
 from verification.experiments.measure.subsets import Subset
-from verification.experiments.measure.trials import KINDS, Known, Outcome, Tried, run_explained, run_trials
+from verification.experiments.measure.trials import (
+    KINDS,
+    RIGHT,
+    TIE,
+    UNDECIDED,
+    WRONG,
+    Known,
+    Outcome,
+    Tried,
+    run_explained,
+    run_trials,
+)
 from verification.experiments.measure.verdicts import judge, rule_of
 from verification.experiments.scenes.pictures import Layout, Scene
 
@@ -104,6 +115,7 @@ def score(pair: Pair, n: int, scene: Scene, explained: bool = False) -> float:
     return 0.2 + 0.03 * pair[0] + 0.007 * pair[1] + 0.01 * n + by_scene + 0.0003 * explained
 
 
+CODE = {"right": RIGHT, "wrong": WRONG, "tie": TIE, "undecided": UNDECIDED}
 KIND = {NOTHING: "wrong", VIEWS_ALONE: "tie", FEATURES_ALONE: "right", BOTH: "undecided"}
 
 
@@ -124,7 +136,7 @@ def layout(monkeypatch: pytest.MonkeyPatch) -> Layout:
         explained = decision is trials.Decision.EXPLAINED_FRACTION
         return {
             (subset, pair): Outcome(
-                KINDS.index(KIND.get(pair, "right")),
+                CODE[KIND.get(pair, "right")],
                 score(pair, len(subset), scene, explained),
                 -1 if KIND.get(pair) in ("tie", "undecided") else (truth + 1) % 3,
             )
@@ -189,9 +201,11 @@ def test_counts_of_failures_are_those_of_their_lambdas_and_objects(tried: tuple[
     for (i, a), (j, b) in product(enumerate(GRID), repeat=2):
         assert found["grid open"][i][j] == (KIND.get((a, b)) in ("tie", "undecided")), (a, b)
     assert found["confusion"] == {"objects": list(OBJECTS), "counts": [[0] * 3] * 3, "open": [5, 5, 5]}
-    labelled = replace(given, trials=replace(given.trials, settings=replace(
-        given.trials.settings, labels=np.full((15, 4, 6, DESIGN.repetitions), 2))))  # fmt: skip
-    assert limits(labelled, KNOWN, 0.5)["confusion"]["counts"] == [[0, 0, 5]] * 3
+    labels = np.zeros((15, 4, 6, DESIGN.repetitions), dtype=np.int64)
+    labels[:, SETTINGS.index(BOTH), 5, 0] = 2
+    settings = replace(given.trials.settings, labels=labels)
+    labelled = replace(given, trials=replace(given.trials, settings=settings))
+    assert limits(labelled, KNOWN, 0.5)["confusion"]["counts"] == [[0, 0, 5]] * 3, "all views, both norms"
 
 
 def test_comparisons_are_named_by_the_lambdas_and_views_that_they_compare(
