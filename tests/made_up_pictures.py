@@ -7,7 +7,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from verification.experiments.design import GOOD_VIEWS, STUDY_VIEWS, VIEWS
+from verification.experiments.design import GOOD_VIEWS, STUDY_VIEWS, VIEWS, Design
+from verification.experiments.measure.claims import Measured
+from verification.experiments.measure.trials import Trials, Tried
+from verification.experiments.measure.weights import Weights
 from verification.experiments.record.collection import Collection
 from verification.experiments.scenes.pictures import CASE_STUDY, LEVELS, STUDIED, PictureSet, Scene, View
 
@@ -54,6 +57,28 @@ def collection(objects: tuple[str, ...] = ("red", "green"), seed: int = 0) -> Co
     """Both sets, the first with two levels alone."""
     physical = picture_set(objects, levels=True, seed=seed, only=("none", STUDIED))
     return Collection("simulation", physical, picture_set(objects, levels=False, seed=seed))
+
+
+def measured(
+    settings: Tried,
+    grid: Tried,
+    design: Design,
+    w: np.ndarray = np.arange(6.0),  # noqa: B008 - never changed
+    norms: np.ndarray = np.ones(3),  # noqa: B008
+) -> Measured:
+    """A scene for each of three objects and level, all of the same weights, of which everything is known."""
+    physical = picture_set(tuple(COLOURS), levels=True).layout
+    study = picture_set(tuple(COLOURS), levels=False).layout
+    count, best = len(physical.scenes), np.array([3.0, 2.0, 1.0, 0.5, 0.2])
+    return Measured(
+        design,
+        physical,
+        Trials(settings, grid),
+        Weights(np.tile(w, (count, 1)), np.tile(norms, (count, 1)), (np.zeros(3),)),
+        np.tile(np.arange(6.0), (count, 1)),
+        study,
+        Weights(np.tile(best, (len(study.scenes), 1)), np.ones((len(study.scenes), 3)), ()),
+    )
 
 
 def write_folder(folder: Path, pictures: PictureSet) -> Path:

@@ -59,7 +59,7 @@ class Protocol:
 
     Attributes
     ----------
-    trials, score, unit, interval, holds, refuted, inconclusive, multiverse, readings : str
+    trials, score, unit, interval, holds, refuted, inconclusive, multiverse, configurations : str
     resamples : int
         Of the bootstrap.
     confidence : float
@@ -78,7 +78,7 @@ class Protocol:
     refuted: str
     inconclusive: str
     multiverse: str
-    readings: str
+    configurations: str
     resamples: int
     confidence: float
     supported_share: float

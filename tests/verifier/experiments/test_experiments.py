@@ -5,7 +5,7 @@ from math import log2
 
 import numpy as np
 import pytest
-from made_up_pictures import picture_set
+from made_up_pictures import measured, picture_set
 
 from convexperc import recognize
 from convexperc.errors import InputError
@@ -24,14 +24,13 @@ from verification.experiments.measure.trials import (
     RIGHT,
     TIE,
     Known,
-    Trials,
     Tried,
     judge,
     recognitions,
 )
 from verification.experiments.measure.verdicts import Comparisons, rule_of
 from verification.experiments.measure.verdicts import judge as ruled
-from verification.experiments.measure.weights import Weights, by_rank, chance_that_best_are_good
+from verification.experiments.measure.weights import by_rank, chance_that_best_are_good
 from verification.experiments.scenes.pictures import obstruction
 from verification.ledger.claims import PROTOCOL
 from verification.ledger.rules import Rule
@@ -226,26 +225,11 @@ def test_the_rule_over_the_readings(holds: int, refuted: int, inconclusive: int,
 # ---------- the claims
 
 
-def measured(scores: np.ndarray, grid: np.ndarray, w: np.ndarray, norms: np.ndarray) -> Measured:
-    """Scenes of which everything is known; scores are the same in every repetition."""
-    physical = picture_set(("red", "green", "blue"), levels=True).layout
-    study = picture_set(("red", "green", "blue"), levels=False).layout
-    count = len(physical.scenes)
-    settings = np.broadcast_to(scores[None, :, :, None], (count, 4, 6, 2))
-    cells = np.broadcast_to(grid[None, :, :, None], (count, 5, 5, 2))
-    blank = [Tried(np.zeros(part.shape, dtype=np.int64), part, np.zeros(part.shape, dtype=np.int64))
-             for part in (settings, cells)]  # fmt: skip
-    everywhere = Weights(np.tile(w, (count, 1)), np.tile(norms, (count, 1)), ())
-    best = np.array([3.0, 2.0, 1.0, 0.5, 0.2])
-    return Measured(
-        DESIGN,
-        physical,
-        Trials(*blank),
-        everywhere,
-        np.tile(np.arange(6.0), (count, 1)),
-        study,
-        Weights(np.tile(best, (len(study.scenes), 1)), np.ones((len(study.scenes), 3)), ()),
-    )
+def constant(scores: np.ndarray, grid: np.ndarray, w: np.ndarray, norms: np.ndarray) -> Measured:
+    """Every scene has the same scores in every repetition."""
+    wide = [np.tile(each[None, :, :, None], (15, 1, 1, 2)) for each in (scores, grid)]
+    blank = [Tried(each.astype(np.int64), each, each.astype(np.int64)) for each in wide]
+    return measured(*blank, DESIGN, w, norms)
 
 
 def as_printed() -> Measured:
@@ -255,7 +239,7 @@ def as_printed() -> Measured:
     grid[2, 2] = grid[3, 2] = 0.9
     grid[0], grid[:, 0], grid[4, 4] = 0.3, 0.3, 0.1
     # the made-up views: a partly obstructed one first, a fully obstructed one last
-    return measured(scores, grid, np.array([0.0, 0.01, 0.02, 0.5, 0.4, 0.0]), np.array([0.2, 0.9, 0.01]))
+    return constant(scores, grid, np.array([0.0, 0.01, 0.02, 0.5, 0.4, 0.0]), np.array([0.2, 0.9, 0.01]))
 
 
 def test_what_is_as_printed_holds_and_what_is_not_is_refuted() -> None:
@@ -266,7 +250,7 @@ def test_what_is_as_printed_holds_and_what_is_not_is_refuted() -> None:
     assert sizes == {part: rule_of(part).comparisons for part in CLAIMS}
     assert [sizes[part] for part in ("X2/stated", "X3/stated", "X4/stated")] == [18, 18, 1]
     assert [sizes[part] for part in ("X8/zero", "X8/ten", "X8/peak")] == [9, 1, 13]
-    flat = measured(np.full((4, 6), 0.5), np.full((5, 5), 0.5), np.full(6, 0.1), np.array([0.3, 0.2, 0.4]))
+    flat = constant(np.full((4, 6), 0.5), np.full((5, 5), 0.5), np.full(6, 0.1), np.array([0.3, 0.2, 0.4]))
     wrong = {part: said(part, flat).outcome for part in CLAIMS}
     del wrong["X1/stated"]
     assert wrong.pop("X5/stated") == "inconclusive", "tau is not defined where all weigh the same"
@@ -274,14 +258,14 @@ def test_what_is_as_printed_holds_and_what_is_not_is_refuted() -> None:
 
 
 def test_rank_and_information() -> None:
-    agree = measured(np.zeros((4, 6)), np.zeros((5, 5)), np.arange(1.0, 7.0), np.ones(3))
+    agree = constant(np.zeros((4, 6)), np.zeros((5, 5)), np.arange(1.0, 7.0), np.ones(3))
     assert said("X5/stated", agree).statistic == pytest.approx(1.0)
-    against = measured(np.zeros((4, 6)), np.zeros((5, 5)), -np.arange(7.0, 1.0, -1.0), np.ones(3))
+    against = constant(np.zeros((4, 6)), np.zeros((5, 5)), -np.arange(7.0, 1.0, -1.0), np.ones(3))
     assert said("X5/stated", against).outcome == "refuted"
 
 
 def test_scenes_without_weights_are_left_out_and_counted() -> None:
-    nothing = measured(np.zeros((4, 6)), np.zeros((5, 5)), np.zeros(6), np.zeros(3))
+    nothing = constant(np.zeros((4, 6)), np.zeros((5, 5)), np.zeros(6), np.zeros(3))
     for part in ("X6/zero", "X6/two", "X7/lbp", "X7/hog"):
         found = said(part, nothing)
         assert (found.outcome, found.units, found.left_out) == ("inconclusive", 0, 3), part

@@ -39,7 +39,7 @@ def go(cache: Path, journal: Path, given: Collection | None = None, **options: A
     sets = [collection() if given is None else given]
     settings: dict[str, Any] = {"workers": 1} | options
     return run(
-        sets, settings.pop("readings", CONFIGURATIONS), DESIGN, cache=cache, journal=journal, **settings
+        sets, settings.pop("configurations", CONFIGURATIONS), DESIGN, cache=cache, journal=journal, **settings
     )
 
 

@@ -98,7 +98,7 @@ def evaluate(task: Task) -> dict[str, Any]:
     )
     baselines = run_baselines(layout, X, known, design)
     found = {
-        "reading": _reading(measured, configuration, baselines),
+        "reading": recorded(measured, configuration, baselines),
         "limits": limits(measured, known, score_explained(layout, X, known)),
     }
     if default:
@@ -106,7 +106,7 @@ def evaluate(task: Task) -> dict[str, Any]:
     return found
 
 
-def _reading(measured: Measured, configuration: Configuration, baselines: Floats) -> dict[str, Any]:
+def recorded(measured: Measured, configuration: Configuration, baselines: Floats) -> dict[str, Any]:
     """The record's entry of one configuration."""
     judged = {part: judge(claim(measured), rule_of(part), measured.design) for part, claim in CLAIMS.items()}
     settings = measured.trials.settings

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from verification.experiments.design import NOTHING
 from verification.report.experiments.flips import FACTORS
 from verification.report.experiments.tables import pair, percent
 from verification.report.experiments.weights import MODALITIES
@@ -13,7 +14,7 @@ Data = Mapping[str, Any]
 ONE_VIEW = (
     "With one view and references of equal length the label is that of the largest |x'o|, whatever the"
     " lambdas are: F*_j = ||o_j||^2 - psi(|x'o_j|) with one psi for all, which never falls. So at n = 1 the"
-    " lambdas gain nothing in such a reading."
+    " lambdas gain nothing in such a configuration."
 )
 OWN = (1.0, 0.1)
 """(lambda2, lambda3) that `convexperc recognize` takes unless told otherwise."""
@@ -37,15 +38,15 @@ def advice(pictures: Data, design: Data) -> Iterator[tuple[str, str]]:
 def _accuracy(pictures: Data, design: Data) -> str:
     last = [cells[-1] for cells in pictures["default"]["accuracy"]]
     best = max(range(len(last)), key=lambda at: last[at]["score"])
-    cell, first = last[best], last[0]
+    cell, first = last[best], last[design["settings"].index(list(NOTHING))]
     open_ = sum(each["tie"] + each["undecided"] for each in last)
     rivals = {name: cells[-1]["score"] for name, cells in pictures["default"]["baselines"].items()}
     rival = max(rivals, key=lambda name: rivals[name])
     trials = sum(_trials(each) for each in last)
     return (
-        f"With all {design['counts'][-1]} views the default reading scores {percent(cell['score'])} % at its"
-        f" best setting, {pair(design['settings'][best])}, and {percent(first['score'])} % by least squares"
-        f" alone; the best baseline, {rival}, scores {percent(rivals[rival])} %; chance is"
+        f"With all {design['counts'][-1]} views the default configuration scores {percent(cell['score'])} %"
+        f" at its best setting, {pair(design['settings'][best])}, and {percent(first['score'])} % by least"
+        f" squares alone; the best baseline, {rival}, scores {percent(rivals[rival])} %; chance is"
         f" {percent(pictures['chance'])} %. Of {trials:,} labels of the settings {open_:,} were ties or"
         " undecided."
     )
@@ -91,7 +92,7 @@ def _modalities(pictures: Data) -> str:
 def _lambdas(pictures: Data, design: Data) -> str:
     limits, default = pictures.get("limits", {}), pictures["default"]
     table = np.array(limits.get("grid", [[cell["score"] for cell in row] for row in default["grid"]]))
-    values, over = design["grid"], "all readings" if "grid" in limits else "the default reading"
+    values, over = design["grid"], "all configurations" if "grid" in limits else "the default one"
     best, worst = (np.unravel_index(int(at), table.shape) for at in (table.argmax(), table.argmin()))
     told = (
         f"On the grid, in the mean over {over}, (lambda2, lambda3) ="
@@ -147,9 +148,8 @@ def _limits(pictures: Data, design: Data) -> Iterator[tuple[str, str]]:
     )
     yield (
         "Settings",
-        f"Mean score over n and all readings: {told}. Highest mean over n, of {pictures['readings']}"
-        " readings:"
-        f" {first}.",
+        f"Mean score over n and all configurations: {told}. Highest mean over n, of {pictures['readings']}"
+        f" configurations: {first}.",
     )
     if widest := _widest(limits["accuracy"]):
         yield "What matters most", widest
@@ -194,7 +194,7 @@ def _shortest(limits: Data) -> str:
     if "objective" in limits and "explained" in limits:
         counted += [
             f"with {name} the score is {percent(limits['objective'][name])} % by F* and"
-            f" {percent(limits['explained'][name])} % by the explained share F*/||o||^2"
+            f" {percent(limits['explained'][name])} % by the explained fraction F*/||o||^2"
             for name in limits["objective"]
             if name in LONGER and name in limits["explained"]
         ]

@@ -65,7 +65,7 @@ PLANS = (
         3.7,
         figures.accuracy,
         "Accuracy by the number of views",
-        "Default reading. Lines with marks are the settings (lambda2, lambda3) with 95 % intervals over"
+        "Default configuration. Lines with marks are the settings (lambda2, lambda3) with 95 % intervals over"
         " the scenes, each for itself; marks are moved sideways to be told apart. Broken gray lines are"
         " the baselines on the same views. A tie or an undecided label scores what a fair draw among its"
         " candidates would.",
@@ -75,27 +75,27 @@ PLANS = (
         "gain",
         2.7,
         figures.gain,
-        "Gain over lambda2 = lambda3 = 0, in all readings",
+        "Gain over lambda2 = lambda3 = 0, in all configurations",
         "Score minus that of (0, 0) on the same views, in points of a hundred. Line: median of the"
-        " readings; dark band: nine tenths of them; pale band: all. The dotted line is the smallest effect"
-        " of interest, one point: X2 needs every gain above 0.",
+        " configurations; dark band: nine tenths of them; pale band: all. The dotted line is the smallest"
+        " effect of interest, one point: X2 needs every gain above 0.",
         main=True,
     ),
     _Plan(
         "spread",
         4.2,
         figures.spread,
-        "Accuracy in all readings",
-        "One panel for each setting (lambda2, lambda3). Line: median of the readings; dark band: nine"
-        " tenths of them; pale band: all; marks: the default reading.",
+        "Accuracy in all configurations",
+        "One panel for each setting (lambda2, lambda3). Line: median of the configurations; dark band: nine"
+        " tenths of them; pale band: all; marks: the default configuration.",
     ),
     _Plan(
         "flips",
         6.4,
         flips.flips,
-        "Which reading decides which claim",
-        "Each small bar is split by the share of the readings with that level in which the part holds, is"
-        " refuted, or stays open. A column whose bars change from row to row depends on what the paper"
+        "Which configurations decide which claim",
+        "Each small bar is split by the share of the configurations with that level in which the part holds,"
+        " is refuted, or stays open. A column whose bars change from row to row depends on what the paper"
         " leaves open.",
         main=True,
     ),
@@ -104,7 +104,7 @@ PLANS = (
         3.6,
         figures.lambdas,
         "Accuracy over the two lambdas",
-        "Default reading: mean score, in %, of the first repetition at n = 3 and of all six views.",
+        "Default configuration: mean score, in %, of the first repetition at n = 3 and of all six views.",
         main=True,
     ),
     _Plan(
@@ -112,7 +112,7 @@ PLANS = (
         3.0,
         figures.information,
         "Mutual information by rank",
-        "Default reading, (0.1, 0.1): mean mutual information of the gray values of a view and of the"
+        "Default configuration, (0.1, 0.1): mean mutual information of the gray values of a view and of the"
         " reference, for the views ranked 1 to 6 by |w|, with 95 % intervals over the scenes.",
     ),
     _Plan(
@@ -120,8 +120,8 @@ PLANS = (
         3.0,
         weights.views,
         "One case: weights of the views and of the modalities",
-        "Default reading, (0.1, 0.1), the true object. Orange bars are views whose object is hidden by an"
-        " obstacle, hatched ones partly.",
+        "Default configuration, (0.1, 0.1), the true object. Orange bars are views whose object is hidden by"
+        " an obstacle, hatched ones partly.",
     ),
     _Plan(
         "features",

@@ -1,7 +1,7 @@
 """Figures of the experiments: accuracy against the number of views, its spread, information against rank."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
+from verification.experiments.design import NOTHING
 from verification.report.drawing import COLORS, GRID, INK, MARKS, QUIET, line
 
 Data = Mapping[str, Any]
@@ -39,42 +40,39 @@ def accuracy(figure: Figure, pictures: Data, design: Data) -> None:
         labels.append((scores[-1], f"({setting[0]:g}, {setting[1]:g})", COLORS[at]))
     axes.set_xticks(counts)
     _beside(axes, labels)
-    _plain(axes, f"views n (chance: {100.0 * pictures['chance']:g} %)", "mean score, %")
+    plain(axes, f"views n (chance: {100.0 * pictures['chance']:g} %)", "mean score, %")
 
 
 def spread(figure: Figure, pictures: Data, design: Data) -> None:
-    """One panel a setting: where the scores of all readings lie, and the default reading."""
-    grid = figure.subplots(2, 2, sharex=True, sharey=True)
-    counts = np.array(design["counts"], dtype=np.float64)
-    for at, axes in enumerate(grid.flat):
-        low, inner, middle, outer, high = 100.0 * np.array(pictures["spread"][at], dtype=np.float64).T
-        axes.fill_between(counts, low, high, color=COLORS[at], alpha=0.15, linewidth=0)
-        axes.fill_between(counts, inner, outer, color=COLORS[at], alpha=0.3, linewidth=0)
-        axes.plot(counts, middle, color=COLORS[at], linewidth=1.4)
+    """One panel a setting: where the scores of all configurations lie, and the default one."""
+    for at, axes in enumerate(figure.subplots(2, 2, sharex=True, sharey=True).flat):
+        _bands(axes, pictures["spread"][at], design, at)
         default = _percent(pictures["default"]["accuracy"][at], "score")
-        axes.plot(counts, default, color=INK, linestyle="none", marker=MARKS[at], markersize=4)
-        setting = design["settings"][at]
-        axes.set_title(f"({setting[0]:g}, {setting[1]:g})", fontsize=10, color=COLORS[at], loc="left")
-        axes.set_xticks(counts)
+        axes.plot(design["counts"], default, color=INK, linestyle="none", marker=MARKS[at], markersize=4)
         axes.set_ylim(0, 100)
-        _plain(axes, "views n" if at > 1 else "", "" if at % 2 else "mean score, %")
+        plain(axes, "views n" if at > 1 else "", "" if at % 2 else "mean score, %")
 
 
 def gain(figure: Figure, pictures: Data, design: Data) -> None:
-    """One panel a setting other than the first: its score minus that of the first, over all readings."""
-    panels = figure.subplots(1, len(design["settings"]) - 1, sharey=True)
-    counts = np.array(design["counts"], dtype=np.float64)
-    for at, axes in enumerate(np.atleast_1d(panels), 1):
-        low, inner, middle, outer, high = 100.0 * np.array(pictures["gain"][at], dtype=np.float64).T
-        axes.fill_between(counts, low, high, color=COLORS[at], alpha=0.15, linewidth=0)
-        axes.fill_between(counts, inner, outer, color=COLORS[at], alpha=0.3, linewidth=0)
-        axes.plot(counts, middle, color=COLORS[at], linewidth=1.4)
+    """One panel a setting other than (0, 0): its score minus that of (0, 0), over all configurations."""
+    others = [at for at, setting in enumerate(design["settings"]) if tuple(setting) != NOTHING]
+    panels = figure.subplots(1, len(others), sharey=True)
+    for at, axes in zip(others, np.atleast_1d(panels), strict=True):
+        _bands(axes, pictures["gain"][at], design, at)
         axes.axhline(0.0, color=INK, linewidth=1.0)
         axes.axhline(1.0, color=QUIET, linewidth=0.9, linestyle=(0, (1, 2)))
-        setting = design["settings"][at]
-        axes.set_title(f"({setting[0]:g}, {setting[1]:g})", fontsize=10, color=COLORS[at], loc="left")
-        axes.set_xticks(counts)
-        _plain(axes, "views n", "gain, points" if at == 1 else "")
+        plain(axes, "views n", "gain, points" if at == others[0] else "")
+
+
+def _bands(axes: Axes, cells: Sequence[Sequence[float]], design: Data, at: int) -> None:
+    """Quantiles over the configurations by number of views, in percent, named by their setting."""
+    low, inner, middle, outer, high = 100.0 * np.array(cells, dtype=np.float64).T
+    counts, setting = np.array(design["counts"], dtype=np.float64), design["settings"][at]
+    axes.fill_between(counts, low, high, color=COLORS[at], alpha=0.15, linewidth=0)
+    axes.fill_between(counts, inner, outer, color=COLORS[at], alpha=0.3, linewidth=0)
+    axes.plot(counts, middle, color=COLORS[at], linewidth=1.4)
+    axes.set_title(f"({setting[0]:g}, {setting[1]:g})", fontsize=10, color=COLORS[at], loc="left")
+    axes.set_xticks(counts)
 
 
 def information(figure: Figure, pictures: Data, design: Data) -> None:
@@ -87,7 +85,7 @@ def information(figure: Figure, pictures: Data, design: Data) -> None:
     axes.set_xticks(ranks)
     axes.set_ylim(0.0, max(1e-9, 1.15 * float(ends.max())))
     axes.yaxis.set_major_locator(MaxNLocator(6))
-    _plain(axes, "rank of the view by |w|", "mutual information, bits")
+    plain(axes, "rank of the view by |w|", "mutual information, bits")
 
 
 def lambdas(figure: Figure, pictures: Data, design: Data) -> None:
@@ -153,11 +151,13 @@ def spaced(values: Sequence[float], least: float) -> list[float]:
     return placed
 
 
-def _plain(axes: Axes, x: str, y: str) -> None:
+def plain(axes: Axes, x: str, y: str, grid: Literal["both", "y"] = "both") -> None:
+    """Name the axes; a thin grid, and no ticks, upper or right line."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
-    axes.grid(color=GRID, linewidth=0.6)
+    axes.grid(axis=grid, color=GRID, linewidth=0.6)
     axes.tick_params(length=0)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    if grid == "both":
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

@@ -1,4 +1,4 @@
-"""The figure that shows which reading decides which part: small stacked bars by factor level and part."""
+"""The figure of outcomes by factor level and part: small stacked bars."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -39,7 +39,7 @@ FULL, TALL = 0.84, 0.72
 
 
 def flips(figure: Figure, pictures: Data, design: Data) -> None:
-    """Draw shares of readings: rows are levels of factors, columns are parts of claims."""
+    """Draw shares of configurations: rows are levels of factors, columns are parts of claims."""
     axes, claims = figure.subplots(), pictures["claims"]
     rows = _rows(claims, design)
     boxes: dict[str, list[Any]] = {kind: [] for kind, _ in KINDS}
@@ -65,9 +65,9 @@ def factors(design: Data) -> list[tuple[str, list[Any]]]:
 
 
 def _rows(claims: Data, design: Data) -> list[tuple[float, str, dict[str, Any]]]:
-    """Place, name and counts by part: first all readings, then the levels, a gap before each factor."""
+    """Place, name and counts by part: first all configurations, then the levels, a gap before each factor."""
     total = {key: [each["holds"], each["refuted"], each["inconclusive"]] for key, each in claims.items()}
-    rows, place = [(0.0, "all readings", total)], 0.0
+    rows, place = [(0.0, "all configurations", total)], 0.0
     for factor, levels in factors(design):
         place += GAP
         for level in levels:

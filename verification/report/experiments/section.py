@@ -24,10 +24,10 @@ RULES = (
     ("Score", PROTOCOL.score),
     ("Unit", PROTOCOL.unit),
     ("Interval", PROTOCOL.interval),
-    ("Refuted in a reading", PROTOCOL.refuted),
-    ("Holds in a reading", PROTOCOL.holds),
-    ("Open in a reading", PROTOCOL.inconclusive),
-    ("Readings", PROTOCOL.readings),
+    ("Refuted in a configuration", PROTOCOL.refuted),
+    ("Holds in a configuration", PROTOCOL.holds),
+    ("Open in a configuration", PROTOCOL.inconclusive),
+    ("Configurations", PROTOCOL.configurations),
     ("Verdict", PROTOCOL.multiverse),
 )
 
@@ -63,14 +63,14 @@ def _blocks(found: Data, sheets: Mapping[str, bytes], whole: bool) -> Iterator[B
     yield Paragraph(
         "This evidence was read from a stored record; it was not found by the run that wrote this report. The"
         " record is bound by its digest, the pictures by theirs, and its verdicts were counted again from its"
-        " readings."
+        " configurations."
     )
     yield Listing(tuple(_origin(found)))
-    yield Heading("What became of the claims")
+    yield Heading("Verdicts by part")
     yield tables.verdicts(sets)
     for pictures in sets:
         yield tables.deciding(pictures)
-    yield Heading("The rules, fixed before looking")
+    yield Heading("Rules, fixed before the results were seen")
     yield Listing(tuple((name, _sentence(text)) for name, text in RULES))
     for pictures in sets:
         yield from _of_set(pictures, design, sheets, whole)

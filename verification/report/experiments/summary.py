@@ -1,4 +1,4 @@
-"""What the report shows of a record of the experiments: the default reading whole, the others in counts."""
+"""What the report shows of a record of the experiments: the default configuration, and counts of all."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from verification.experiments.design import NOTHING
 from verification.experiments.record.reading import Experiments
 from verification.ledger.claims import PARTS
 from verification.ledger.surveys import DECIDING, Survey, SurveyOutcome
 from verification.ledger.verdicts import survey_verdict
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
-"""Of the readings' accuracy; the ends, nine tenths of them, and the middle."""
+"""Of the accuracy over the configurations; the ends, nine tenths of them, and the middle."""
 FINEST = 150
 """Strokes of the drawing of u within one modality; more columns share strokes."""
 KEPT = (
@@ -41,7 +42,7 @@ def summary(found: Experiments) -> dict[str, Any]:
         "record": found.digest,
         "command": found.command,
         "design": found.content["design"],
-        "sets": [_set(each, found.surveys) for each in in_order(found.content["sets"])],
+        "sets": [_set(each, found) for each in in_order(found.content["sets"])],
     }
 
 
@@ -51,15 +52,15 @@ def in_order(sets: list[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 
 
 def survey_table(survey: Survey) -> dict[str, Any]:
-    """Counts and the deciding comparison of the default reading."""
+    """Counts and the deciding comparison of the default configuration."""
     data = survey.as_json()
     kept = ("pictures", "holds", "refuted", "inconclusive", "default")
     named = {key: data[key] for key in kept}
     return named | {"readings": survey.readings, "verdict": survey_verdict(survey).value}
 
 
-def _set(pictures: Mapping[str, Any], surveys: tuple[Survey, ...]) -> dict[str, Any]:
-    own = {each.part: each for each in surveys if each.pictures == pictures["name"]}
+def _set(pictures: Mapping[str, Any], found: Experiments) -> dict[str, Any]:
+    own = {each.part: each for each in found.surveys if each.pictures == pictures["name"]}
     claims = {
         key: survey_table(own[key]) | {"levels": own[key].levels, "extremes": _extremes(own[key])}
         for key in PARTS
@@ -68,32 +69,33 @@ def _set(pictures: Mapping[str, Any], surveys: tuple[Survey, ...]) -> dict[str, 
     default = dict(pictures["default"])
     default["case"] = _case(default["case"])
     accuracy = np.array([each["accuracy"] for each in pictures["readings"]], dtype=np.float64)
+    nothing = found.content["design"]["settings"].index(list(NOTHING))
     return {key: pictures[key] for key in KEPT if key in pictures} | {
         "readings": len(pictures["readings"]),
         "chance": pictures["readings"][0]["chance"],
         "claims": claims,
         "default": default,
         "spread": _quantiles(accuracy),
-        "gain": _quantiles(accuracy - accuracy[:, :1]),
+        "gain": _quantiles(accuracy - accuracy[:, [nothing]]),
         "best": _best(accuracy),
     }
 
 
 def _quantiles(values: Float[np.ndarray, "readings settings counts"]) -> list[Any]:
-    """By setting and n: the quantiles over the readings."""
+    """By setting and n: the quantiles over the configurations."""
     found = np.quantile(values, QUANTILES, axis=0)
     return [[[_short(each) for each in cell] for cell in row] for row in np.moveaxis(found, 0, -1).tolist()]
 
 
 def _best(accuracy: Float[np.ndarray, "readings settings counts"]) -> list[int]:
-    """In how many readings each setting has the highest mean over n; readings with a tie count for none."""
+    """In how many configurations each setting has the highest mean over n; a tie counts for none."""
     means = accuracy.mean(axis=2)
     first = means == means.max(axis=1, keepdims=True)
     return [int(count) for count in first[first.sum(axis=1) == 1].sum(axis=0)]
 
 
 def _extremes(survey: Survey) -> dict[str, Any]:
-    """The levels with the largest and the smallest share of readings in which the part holds."""
+    """The levels with the largest and the smallest share of configurations in which the part holds."""
     shares: list[dict[str, Any]] = [
         {
             "factor": factor,

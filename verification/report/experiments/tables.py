@@ -1,4 +1,4 @@
-"""Tables of the experiments: what became of each claim, the readings that decide, scores and counts."""
+"""Tables of the experiments: verdicts, the comparisons that decide, scores and counts."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -12,7 +12,7 @@ Data = Mapping[str, Any]
 
 
 def verdicts(sets: Sequence[Data]) -> Table:
-    """Of each part and each set of pictures: the verdict, the readings, and the default reading's numbers."""
+    """Of each part and set of pictures: the verdict, counts, and the numbers of the default configuration."""
     rows = []
     for key in dict.fromkeys(key for each in sets for key in each["claims"]):
         for each in sets:
@@ -25,18 +25,18 @@ def verdicts(sets: Sequence[Data]) -> Table:
                 rows.append(
                     (*words, *counts, outcome_in_words(told["outcome"]), *numbers, str(told["units"]))
                 )
-    readings = max(each["readings"] for each in sets)
+    configurations = max(each["readings"] for each in sets)
     title = (
-        f"Verdicts, over {readings} readings: in how many a part holds, is refuted, stays open; then what"
-        " the default reading says, with the statistic and the joint interval of the comparison that decides"
-        f" it. The verdict of a claim comes from the {DECIDING}"
+        f"Verdicts, over {configurations} configurations: in how many a part holds, is refuted, stays open;"
+        " then what the default configuration says, with the statistic and the joint interval of the"
+        f" comparison that decides it. The verdict of a claim comes from the {DECIDING}"
     )
-    head = ("part", "pictures", "verdict", "holds", "refuted", "open", "default reading")
+    head = ("part", "pictures", "verdict", "holds", "refuted", "open", "default outcome")
     return Table(title, (*head, "statistic", "lower", "upper", "scenes"), tuple(rows), words=(0, 1, 2, 6))
 
 
 def deciding(pictures: Data) -> Table:
-    """The comparison that decides each part in the default reading, and the levels that matter most."""
+    """The comparison that decides each part in the default configuration, and the levels that matter most."""
     rows = []
     for key, found in pictures["claims"].items():
         most, least = found["extremes"]["most"], found["extremes"]["least"]
@@ -44,15 +44,15 @@ def deciding(pictures: Data) -> Table:
         levels = ("no level differs", "") if same else (_level(most), _level(least))
         rows.append((short(key), found["default"]["name"], *levels))
     title = (
-        f"{name_of(pictures)}: the comparison that decides the default reading; and the level of one factor"
-        " with which a part does best and worst, with its readings"
+        f"{name_of(pictures)}: the comparison that decides the default configuration; and the level of one"
+        " factor with which a part does best and worst, with its configurations"
     )
     head = ("part", "deciding comparison", "best with", "worst with")
     return Table(title, head, tuple(rows), words=(0, 1, 2, 3), folded=pictures["name"] != DECIDING)
 
 
 def scores(pictures: Data, design: Data) -> Table:
-    """The default reading's labels, counted."""
+    """The labels of the default configuration, counted."""
     default, rows = pictures["default"], []
     for at, setting in enumerate(design["settings"]):
         for k, n in enumerate(design["counts"]):
@@ -62,8 +62,8 @@ def scores(pictures: Data, design: Data) -> Table:
             interval = f"{percent(cell['lower'])} to {percent(cell['upper'])}"
             rows.append((pair(setting), str(n), percent(cell["score"]), interval, *counts, *share))
     head = ["(lambda2, lambda3)", "n", "score, %", "95 % interval", "right", "wrong", "tie", "undecided"]
-    head += ["by explained share, %"] if "explained" in default else []
-    title = f"{name_of(pictures)}: labels of the default reading, by setting and number of views n"
+    head += ["by explained fraction, %"] if "explained" in default else []
+    title = f"{name_of(pictures)}: labels of the default configuration, by setting and number of views n"
     return Table(title, tuple(head), tuple(rows), words=(0,), folded=True)
 
 
@@ -78,9 +78,8 @@ def baselines(pictures: Data, design: Data) -> Table:
         (name, *(percent(cell["score"]) for cell in cells)) for name, cells in default["baselines"].items()
     ]
     title = (
-        f"{name_of(pictures)}: mean score in %, default reading, by the number of views; (0, 0) is"
-        " least squares"
-        f" alone, chance is {percent(pictures['chance'])}"
+        f"{name_of(pictures)}: mean score in %, default configuration, by the number of views; (0, 0) is"
+        f" least squares alone, chance is {percent(pictures['chance'])}"
     )
     head = ("method", *(f"n = {n}" for n in design["counts"]))
     return Table(title, head, tuple(rows))
@@ -93,7 +92,7 @@ def divided(pictures: Data, design: Data) -> Iterator[Table]:
         rows = tuple(
             (name, *(percent(score) for score in values)) for name, values in pictures["default"][key].items()
         )
-        title = f"{name_of(pictures)}: mean score in % by {what}, default reading, n = {last}"
+        title = f"{name_of(pictures)}: mean score in % by {what}, default configuration, n = {last}"
         yield Table(title, (what, *map(pair, design["settings"])), rows, folded=True)
 
 
@@ -106,7 +105,7 @@ def factors(pictures: Data) -> Table:
         if name in limits["accuracy"]
         for level, score in limits["accuracy"][name].items()
     )
-    title = f"{name_of(pictures)}: (0.1, 0.1), mean over n and over the readings with that level, in %"
+    title = f"{name_of(pictures)}: (0.1, 0.1), mean over n and over the configurations with that level, in %"
     return Table(title, ("level", "score", "tied or undecided"), rows)
 
 
@@ -123,8 +122,8 @@ def rankings(pictures: Data) -> Table:
         for each in pictures["rankings"]
     )
     title = (
-        f"{name_of(pictures)}: the ranking of the views, default reading: Kendall's tau-b of |w| and the"
-        " visible share; hidden views that no optimum uses, by proof; weights below 0; scenes of the case"
+        f"{name_of(pictures)}: the ranking of the views, default configuration: Kendall's tau-b of |w| and"
+        " the visible share; hidden views that no optimum uses, by proof; weights below 0; scenes of the case"
         " study in which the three good views come first"
     )
     head = ("(lambda2, lambda3)", "tau-b", "hidden, proved 0", "w < 0, %", "three first, %")
@@ -138,7 +137,9 @@ def confusion(pictures: Data) -> Table:
         (name, *map(str, counts), str(left))
         for name, counts, left in zip(found["objects"], found["counts"], found["open"], strict=True)
     )
-    title = f"{name_of(pictures)}: objects (rows) and their labels, default reading, (0.1, 0.1), all views"
+    title = (
+        f"{name_of(pictures)}: objects (rows) and their labels, default configuration, (0.1, 0.1), all views"
+    )
     return Table(title, ("object", *found["objects"], "no label"), rows, folded=True)
 
 

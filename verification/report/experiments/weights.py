@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from verification.report.drawing import COLORS, GRID, INK, QUIET
+from verification.report.drawing import COLORS, INK, QUIET
+from verification.report.experiments.figures import plain
 
 Data = Mapping[str, Any]
 MODALITIES = {"color": "colour", "hog": "HOG", "lbp": "LBP"}
@@ -31,12 +31,12 @@ def views(figure: Figure, pictures: Data, design: Data) -> None:
     told = [name + marks[kind] for name, kind in zip(names, case["obstruction"], strict=True)]
     left.set_xticks(range(len(told)), told)
     left.axhline(0.0, color=INK, linewidth=0.8)
-    _bars(left, "view", "weight w")
+    plain(left, "view", "weight w", grid="y")
     norms = case["modality_norms"]
     named = [MODALITIES.get(name, name) for name in case["modality_sizes"]]
     right.bar(range(len(norms)), norms, width=0.6, color=COLORS[2])
     right.set_xticks(range(len(norms)), named)
-    _bars(right, "modality", "norm of u^i")
+    plain(right, "modality", "norm of u^i", grid="y")
 
 
 def features(figure: Figure, pictures: Data, design: Data) -> None:
@@ -53,14 +53,5 @@ def features(figure: Figure, pictures: Data, design: Data) -> None:
         axes.set_xlim(0, max(1, columns[-1] + strokes["columns"]))
         axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
         axes.yaxis.set_major_locator(MaxNLocator(3))
-        _bars(axes, "", "u")
+        plain(axes, "", "u", grid="y")
     panels[-1].set_xlabel("column within the modality")
-
-
-def _bars(axes: Axes, x: str, y: str) -> None:
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-    axes.grid(axis="y", color=GRID, linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.tick_params(length=0)
-    axes.spines[["top", "right"]].set_visible(False)

@@ -1,0 +1,282 @@
+"""Every interval is over scenes; every number by setting, views, level, object or factor has its own name.
+
+The trials are replaced by ones whose outcome is known, so that no table can show another row than it says.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from made_up_pictures import measured, picture_set
+from numpy.typing import NDArray
+from scipy.stats import binom
+
+from verification.experiments.design import (
+    BOTH,
+    FEATURES_ALONE,
+    GRID,
+    NOTHING,
+    SETTINGS,
+    VIEWS_ALONE,
+    Design,
+    Pair,
+)
+from verification.experiments.measure import trials
+from verification.experiments.measure.baselines import BASELINES
+from verification.experiments.measure.claims import CLAIMS, PEAK, Measured
+from verification.experiments.measure.configurations import FACTORS, fraction
+from verification.experiments.measure.detail import detail
+from verification.experiments.measure.evaluation import recorded
+from verification.experiments.measure.limits import limits, summary
+from verification.experiments.measure.multiverse import level_name, survey
+from verification.experiments.measure.subsets import Subset
+from verification.experiments.measure.trials import (
+    KINDS,
+    RIGHT,
+    TIE,
+    UNDECIDED,
+    WRONG,
+    Known,
+    Outcome,
+    Tried,
+    run_explained,
+    run_trials,
+)
+from verification.experiments.measure.verdicts import judge, rule_of
+from verification.experiments.scenes.pictures import Layout, Scene
+
+DESIGN = Design(seed=3, repetitions=20)
+OBJECTS = ("red", "green", "blue")
+KNOWN = Known(OBJECTS, np.diag([1.0, 2.0, 3.0]), {"color": 1, "hog": 1, "lbp": 1}, 0.1)
+
+
+# ---------- the unit of the bootstrap
+
+
+def repeated(by_scene: NDArray[np.bool_], shape: tuple[int, int], chosen: Sequence[tuple[int, int]]) -> Tried:
+    """Every repetition of a scene has the same outcome; 0 but in the chosen cells."""
+    scores = np.zeros((len(by_scene), *shape, DESIGN.repetitions))
+    for i, j in chosen:
+        scores[:, i, j] = by_scene[:, None]
+    return Tried(np.zeros(scores.shape, dtype=np.int64), scores, np.zeros(scores.shape, dtype=np.int64))
+
+
+def width(count: int, scenes: int, comparisons: int) -> float:
+    """Of the bootstrap's interval for a mean of 0s and 1s: resampled sums are binomial."""
+    tail = 0.05 / (2 * comparisons)
+    low, high = binom.ppf([tail, 1.0 - tail], scenes, count / scenes)
+    return float(high - low) / scenes
+
+
+BETTER = {"X2/stated": (VIEWS_ALONE, FEATURES_ALONE, BOTH), "X3/stated": (BOTH,), "X4/stated": (VIEWS_ALONE,)}
+"""Settings in which the right scenes are recognised; the gain is then the same in every comparison."""
+
+
+@pytest.mark.parametrize("part", [*BETTER, "X8/zero", "X8/ten", "X8/peak"])
+def test_trials_of_one_scene_move_together_in_the_interval_of_a_claim(part: str) -> None:
+    right = np.arange(15) % 5 < 3
+    better = [(SETTINGS.index(pair), n) for pair in BETTER.get(part, ()) for n in range(6)]
+    peak = [(GRID.index(a), GRID.index(b)) for a, b in PEAK]
+    given = measured(repeated(right, (4, 6), better), repeated(right, (5, 5), peak), DESIGN)
+    found = judge(CLAIMS[part](given), rule_of(part), DESIGN)
+    assert found.statistic == pytest.approx(0.6)
+    assert found.units == 15, "a trial was taken for a scene"
+    wanted = width(9, 15, rule_of(part).comparisons)
+    assert found.upper - found.lower == pytest.approx(wanted, abs=1.5 / 15), "an interval of the wrong width"
+    assert wanted > 3.0 * width(180, 300, rule_of(part).comparisons), (
+        "else the test could not tell them apart"
+    )
+
+
+def test_trials_of_one_scene_move_together_in_the_intervals_that_are_shown() -> None:
+    right = np.arange(15) % 5 < 3
+    everywhere = repeated(right, (4, 6), list(product(range(4), range(6))))
+    given = measured(everywhere, repeated(right, (5, 5), []), DESIGN)
+    baselines = np.tile(everywhere.scores[:, :1], (1, len(BASELINES), 1, 1))
+    shown = detail(given, everywhere, baselines, KNOWN)
+    cells = [cell for name in ("accuracy", "explained") for row in shown[name] for cell in row]
+    cells += [cell for row in shown["baselines"].values() for cell in row]
+    assert len(cells) == 2 * 24 + 3 * 6
+    for cell in cells:
+        assert cell["score"] == pytest.approx(0.6)
+        assert cell["upper"] - cell["lower"] == pytest.approx(width(9, 15, 1), abs=1.5 / 15), cell
+
+
+# ---------- names of rows and columns
+
+
+def score(pair: Pair, n: int, scene: Scene, explained: bool = False) -> float:
+    """What a trial scores here: different for every setting, number of views, object, level and decision."""
+    by_scene = 0.001 * OBJECTS.index(scene.object) + 0.004 * len(scene.level)
+    return 0.2 + 0.03 * pair[0] + 0.007 * pair[1] + 0.01 * n + by_scene + 0.0003 * explained
+
+
+CODE = {"right": RIGHT, "wrong": WRONG, "tie": TIE, "undecided": UNDECIDED}
+KIND = {NOTHING: "wrong", VIEWS_ALONE: "tie", FEATURES_ALONE: "right", BOTH: "undecided"}
+
+
+@pytest.fixture
+def layout(monkeypatch: pytest.MonkeyPatch) -> Layout:
+    """Scenes whose trials have the outcome that `score` and `KIND` say; views carry the scene's number."""
+    found = picture_set(OBJECTS, levels=True).layout
+
+    def known_outcomes(
+        views: NDArray[np.float64],
+        known: Known,
+        truth: int,
+        wanted: Mapping[Subset, Sequence[Pair]],
+        decision: Any,
+    ) -> dict[tuple[Subset, Pair], Outcome]:
+        scene = found.scenes[int(views[0, 0])]
+        assert found.truth(scene) == truth
+        explained = decision is trials.Decision.EXPLAINED_FRACTION
+        return {
+            (subset, pair): Outcome(
+                CODE[KIND.get(pair, "right")],
+                score(pair, len(subset), scene, explained),
+                -1 if KIND.get(pair) in ("tie", "undecided") else (truth + 1) % 3,
+            )
+            for subset, pairs in wanted.items()
+            for pair in pairs
+        }
+
+    monkeypatch.setattr(trials, "_outcomes", known_outcomes)
+    return found
+
+
+@pytest.fixture
+def tried(layout: Layout) -> tuple[Measured, Tried]:
+    X = np.zeros((len(OBJECTS) + 6 * len(layout.scenes), 3))
+    for number, (_, rows) in enumerate(layout.rows()):
+        X[rows, 0] = number
+    done = run_trials(layout, X, KNOWN, DESIGN)
+    return measured(done.settings, done.grid, DESIGN), run_explained(layout, X, KNOWN, DESIGN)
+
+
+def mean(scenes: Sequence[Scene], pair: Pair, n: int, explained: bool = False) -> float:
+    return float(np.mean([score(pair, n, scene, explained) for scene in scenes]))
+
+
+def test_numbers_by_setting_and_views_are_those_of_their_lambdas(tried: tuple[Measured, Tried]) -> None:
+    given, explained = tried
+    scenes, told = given.layout.scenes, DESIGN.as_json()
+    baselines = np.zeros((len(scenes), len(BASELINES), 6, DESIGN.repetitions))
+    baselines += np.arange(3.0)[:, None, None] / 10 + np.arange(6.0)[:, None] / 100
+    entry, shown = recorded(given, fraction()[0], baselines), detail(given, explained, baselines, KNOWN)
+    for (s, setting), (k, n) in product(enumerate(told["settings"]), enumerate(told["counts"])):
+        pair = tuple(setting)
+        wanted = mean(scenes, pair, n)
+        assert entry["accuracy"][s][k] == pytest.approx(wanted, rel=1e-5), (setting, n)
+        assert shown["accuracy"][s][k]["score"] == pytest.approx(wanted, rel=1e-5), (setting, n)
+        assert shown["explained"][s][k]["score"] == pytest.approx(mean(scenes, pair, n, True), rel=1e-5)
+        counts = {name: shown["accuracy"][s][k][name] for name in KINDS}
+        assert counts == dict.fromkeys(KINDS, 0) | {KIND[pair]: len(scenes) * DESIGN.repetitions}, setting
+        assert entry["open"][s][k] == (KIND[pair] in ("tie", "undecided")), setting
+    for (i, a), (j, b) in product(enumerate(told["grid"]), repeat=2):
+        wanted = (mean(scenes, (a, b), 3) + mean(scenes, (a, b), 6)) / 2
+        assert entry["grid"][i][j] == pytest.approx(wanted, rel=1e-5), (a, b)
+        assert shown["grid"][i][j]["score"] == pytest.approx(wanted, rel=1e-5), (a, b)
+    for (b, name), (k, _) in product(enumerate(BASELINES), enumerate(told["counts"])):
+        assert entry["baselines"][name][k] == pytest.approx(b / 10 + k / 100), name
+        assert shown["baselines"][name][k]["score"] == pytest.approx(b / 10 + k / 100), name
+    for s, setting in enumerate(told["settings"]):
+        for key, what in (("by_level", "level"), ("by_object", "object")):
+            for name, row in shown[key].items():
+                chosen = [scene for scene in scenes if getattr(scene, what) == name]
+                assert row[s] == pytest.approx(mean(chosen, tuple(setting), 6), rel=1e-5), (setting, name)
+
+
+def test_counts_of_failures_are_those_of_their_lambdas_and_objects(tried: tuple[Measured, Tried]) -> None:
+    given, _ = tried
+    found = limits(given, KNOWN, 0.5)
+    per_setting = len(given.layout.scenes) * 6 * DESIGN.repetitions
+    assert found["wrong"] == [per_setting * (KIND[pair] == "wrong") for pair in SETTINGS]
+    assert found["shortest"] == [each // 3 for each in found["wrong"]], (
+        "red is the shortest, the label of blue"
+    )
+    for (i, a), (j, b) in product(enumerate(GRID), repeat=2):
+        assert found["grid open"][i][j] == (KIND.get((a, b)) in ("tie", "undecided")), (a, b)
+    assert found["confusion"] == {"objects": list(OBJECTS), "counts": [[0] * 3] * 3, "open": [5, 5, 5]}
+    labels = np.zeros((15, 4, 6, DESIGN.repetitions), dtype=np.int64)
+    labels[:, SETTINGS.index(BOTH), 5, 0] = 2
+    settings = replace(given.trials.settings, labels=labels)
+    labelled = replace(given, trials=replace(given.trials, settings=settings))
+    assert limits(labelled, KNOWN, 0.5)["confusion"]["counts"] == [[0, 0, 5]] * 3, "all views, both norms"
+
+
+def test_comparisons_are_named_by_the_lambdas_and_views_that_they_compare(
+    tried: tuple[Measured, Tried],
+) -> None:
+    given, _ = tried
+    scene = given.layout.scenes[0]
+
+    def numbers(name: str) -> list[float]:
+        return [float(each) for each in re.findall(r"[\d.]+", name)]
+
+    for part in ("X2/stated", "X3/stated"):
+        for name, gain in CLAIMS[part](given).differences.items():
+            n, *pairs = numbers(name)
+            high, low = (score((a, b), int(n), scene) for a, b in (pairs[:2], pairs[2:]))
+            assert gain[0] == pytest.approx(high - low), name
+    ((name, gain),) = CLAIMS["X4/stated"](given).differences.items()
+    high, low = (np.mean([score(pair, n, scene) for n in range(1, 7)]) for pair in SETTINGS[1:3])
+    assert numbers(name) == [0.1, 0.0, 0.0, 0.1]
+    assert gain[0] == pytest.approx(high - low), name
+    peak = np.mean([score(pair, n, scene) for pair in PEAK for n in (3, 6)])
+    for part in ("X8/zero", "X8/ten", "X8/peak"):
+        for name, gain in CLAIMS[part](given).differences.items():
+            a, b = numbers(name)
+            assert gain[0] == pytest.approx(peak - np.mean([score((a, b), n, scene) for n in (3, 6)])), name
+
+
+def test_means_over_the_configurations_are_those_of_their_levels() -> None:
+    tried = fraction()
+    values = np.random.default_rng(4).random((len(tried), 4, 6)).round(3)
+    entries = [
+        {
+            "levels": each.as_json(),
+            "accuracy": v.tolist(),
+            "open": (v / 2).tolist(),
+            "grid": np.eye(5).tolist(),
+        }
+        for each, v in zip(tried, values, strict=True)
+    ]
+    counts = [{"explained": v[3][5] / 3, "visible": v[1][1], "shortest": [1, 2, 3, 4], "wrong": [5, 6, 7, 8],
+               "grid open": np.zeros((5, 5)), "confusion": k} for k, v in enumerate(values)]  # fmt: skip
+    found, both = summary(entries, counts), SETTINGS.index(BOTH)
+
+    def by(factor: str, numbers: NDArray[np.float64]) -> dict[str, float]:
+        return {
+            level_name(level): float(
+                np.mean([x for each, x in zip(tried, numbers, strict=True) if each[factor] == level])
+            )
+            for level in FACTORS[factor]
+        }
+
+    for factor in FACTORS:
+        assert found["accuracy"][factor] == pytest.approx(by(factor, values[:, both].mean(axis=1)), rel=1e-5)
+        assert found["open"][factor] == pytest.approx(by(factor, values[:, both].mean(axis=1) / 2), rel=1e-5)
+    assert found["objective"] == pytest.approx(by("normalisation", values[:, both, 5]), rel=1e-5)
+    assert found["explained"] == pytest.approx(by("normalisation", values[:, 3, 5] / 3), rel=1e-5)
+    visible = by("lambda1", values[:, 1, 1]) | {"default": values[0, 1, 1]}
+    assert found["visible"] == pytest.approx(visible, rel=1e-5)
+    assert found["settings"] == pytest.approx(values.mean(axis=(0, 2)).tolist(), rel=1e-5)
+    assert found["shortest"] == {
+        level: {"wrong": 8 * 32, "shortest": 4 * 32} for level in FACTORS["normalisation"]
+    }
+    assert found["confusion"] == 0, "that of the default"
+
+
+def test_outcomes_are_counted_by_the_level_that_they_were_found_with() -> None:
+    tried = fraction()
+    said = ["holds" if each["hog"] == "8-pixel cells" else "refuted" for each in tried]
+    entries = [{"levels": each.as_json(), "claims": {"X2/stated": {"outcome": outcome}}}
+               for each, outcome in zip(tried, said, strict=True)]  # fmt: skip
+    found = survey(entries, "X2/stated", FACTORS)
+    assert (found["holds"], found["refuted"], found["inconclusive"], found["readings"]) == (64, 64, 0, 128)
+    assert found["factors"]["hog"] == {"16-pixel cells": [0, 64, 0], "8-pixel cells": [64, 0, 0]}
+    assert found["factors"]["lambda1"] == {key: [16, 16, 0] for key in ("0.1", "0.01", "1", "10")}
