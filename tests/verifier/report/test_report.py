@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import jsonschema
 import pytest
 from made_up import MACHINE, SETTINGS, argument, evidence, refutation, series, verdicts
+from verification.report.machine import report_record
 
 from convexperc.errors import FileFormatError, InputError
 from verification import provenance as environment
@@ -28,7 +29,6 @@ from verification.problems.families import FAMILIES
 from verification.provenance import record_digest
 from verification.report import sentences, words
 from verification.report.diff import diff, read_report
-from verification.report.machine import report_record
 from verification.report.markdown import VOLATILE
 from verification.report.plots import DRAWN, plot
 from verification.report.write import files, write
