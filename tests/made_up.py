@@ -4,6 +4,7 @@ import math
 
 from made_up_experiments import surveys
 
+from verification.ledger.baseline import Judged
 from verification.ledger.claims import PARTS
 from verification.ledger.evidence import Argument, Checker, Count, Evidence, Refutation, Step
 from verification.ledger.verdicts import judge_all
@@ -150,3 +151,9 @@ def evidence(**changes):
 def verdicts(found):
     """A baseline that expects just what this evidence says."""
     return {key: judgement.verdict for key, judgement in judge_all(found).items()}
+
+
+def judged(made=None, baseline=None):
+    """The made-up evidence, or other one, judged; by default it is just what the baseline expects."""
+    made = made or evidence()
+    return Judged.of(made, verdicts(made) if baseline is None else baseline)

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 from verification.commands.console import console
 from verification.commands.misuse import misuse
@@ -17,6 +18,7 @@ from verification.commands.stored import attach, figures, read_stored
 
 if TYPE_CHECKING:
     from verification.experiments.record.reading import Experiments
+    from verification.ledger.baseline import Judged
     from verification.run.gather import Options, Run
 
 FAILED, OPEN = 1, 3
@@ -69,10 +71,10 @@ def run(
         stored = read_stored(experiments)
     found = _gather(options, out)
     attach(found.evidence, stored, experiments)
-    code = _verdicts(found)
+    judged = _judged(found)
     for table in figures(found.evidence):
         console().print(table)
-    raise typer.Exit(code)
+    raise typer.Exit(judged.assessment.code)
 
 
 def report(
@@ -108,13 +110,12 @@ def report(
         stored = read_stored(experiments)
     found = _read(evidence) if evidence else _gather(_options(claim, profile, seed, jobs), out)
     attach(found.evidence, stored, experiments)
-    code = _verdicts(found)
-    if not found.interrupted:
-        with misuse("--evidence") if evidence is not None else nullcontext():
-            content = _content(found, stored)
-        with misuse("--out"):
-            _store(content, out)
-    raise typer.Exit(code)
+    judged = _judged(found)
+    with misuse("--evidence") if evidence is not None else nullcontext():
+        content = _content(found, judged, stored)
+    with misuse("--out"):
+        _store(content, out)
+    raise typer.Exit(judged.assessment.code)
 
 
 def diff(
@@ -221,16 +222,13 @@ def _read(file: Path) -> "Run":
         raise typer.BadParameter(message, param_hint="--evidence") from None
 
 
-def _content(found: "Run", stored: "Experiments | None") -> dict[str, bytes]:
+def _content(found: "Run", judged: "Judged", stored: "Experiments | None") -> dict[str, bytes]:
     """The files of the report."""
     from convexperc.files import json_bytes  # noqa: PLC0415 - keeps --help quick
-    from verification.ledger.baseline import for_run, read_baseline  # noqa: PLC0415
-    from verification.ledger.verdicts import judge_all  # noqa: PLC0415
     from verification.report.write import files  # noqa: PLC0415
 
-    evidence = found.evidence
     records = {f"{name}.json": json_bytes(record.as_json()) for name, record in found.records.items()}
-    return files(evidence, judge_all(evidence), for_run(read_baseline(), evidence), records, stored)
+    return files(judged, records, stored)
 
 
 def _store(content: dict[str, bytes], out: Path) -> None:
@@ -240,33 +238,38 @@ def _store(content: dict[str, bytes], out: Path) -> None:
     console().print(f"wrote {out / 'report.html'} and its companions", highlight=False, markup=False)
 
 
-def _verdicts(found: "Run") -> int:
-    """Print the verdicts on the claims that were judged, and what differs from the baseline."""
-    from verification.ledger.baseline import assess, for_run, read_baseline  # noqa: PLC0415 - keeps --help quick
-    from verification.ledger.claims import CLAIMS  # noqa: PLC0415
-    from verification.ledger.evidence import Verdict  # noqa: PLC0415
-    from verification.ledger.verdicts import ContradictionError, judge_all  # noqa: PLC0415
+def _judged(found: "Run") -> "Judged":
+    """Judge a run and print verdicts and findings; exit where nothing can be judged."""
+    from verification.ledger.baseline import Judged  # noqa: PLC0415 - keeps --help quick
+    from verification.ledger.verdicts import ContradictionError  # noqa: PLC0415
 
-    screen, evidence = console(), found.evidence
     if found.interrupted:
-        told = "; ".join(evidence.missing)
-        screen.print(f"{told}: nothing is judged. The same command goes on from there.", highlight=False)
-        return OPEN
+        told = "; ".join(found.evidence.missing)
+        console().print(
+            f"{told}: nothing is judged. The same command goes on from there.", highlight=False, markup=False
+        )
+        raise typer.Exit(OPEN)
     try:
-        judgements = judge_all(evidence)
+        judged = Judged.of(found.evidence)
     except ContradictionError as problem:
-        screen.print(str(problem), highlight=False, markup=False)
+        console().print(str(problem), highlight=False, markup=False)
         raise typer.Exit(FAILED) from None
-    assessment = assess(evidence, judgements, for_run(read_baseline(), evidence))
-    table = Table("claim", "verdict", "from")
+    _print(judged)
+    return judged
+
+
+def _print(judged: "Judged") -> None:
+    from verification.ledger.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
+    from verification.ledger.evidence import Verdict  # noqa: PLC0415
+
+    screen, table = console(), Table("claim", "verdict", "from")
     for key in CLAIMS:
-        if key in judgements:
-            each = judgements[key]
+        if key in judged.judgements:
+            each = judged.judgements[key]
             condition = f" {each.condition}" if each.verdict is Verdict.HOLDS_UNDER else ""
-            table.add_row(key, each.verdict.value + condition, each.reason)
+            table.add_row(*map(Text, (key, each.verdict.value + condition, each.reason)))
     screen.print(table)
     if table.row_count < len(CLAIMS):
         screen.print(f"judged: {table.row_count} of {len(CLAIMS)} claims; nothing is said of the others")
-    for message in assessment.messages:
+    for message in judged.assessment.messages:
         screen.print(message, highlight=False, markup=False)
-    return assessment.code

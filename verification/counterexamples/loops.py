@@ -191,8 +191,8 @@ def the_problem(record: Record) -> ExactProblem:
 
 
 def update_of(record: Record) -> Update:
-    """The record's reading and order."""
-    eps = Fraction(record.fields.get("eps", "0"))
+    """The record's update variant and order."""
+    eps = Fraction(record.fields["eps"])
     return Update(record.fields["reading"], record.fields["order"], eps)
 
 

@@ -7,44 +7,9 @@ from fractions import Fraction
 from typing import Any
 
 from convexperc.errors import FileFormatError
+from verification.counterexamples.fields import ID, KINDS, SCHEMA, WITHOUT_PROBLEM, RecordData, fits, names
 from verification.exact.problem import NUMBER, ExactProblem
 from verification.ledger.claims import PARTS
-
-SCHEMA = "convexperc/counterexample/1"
-KINDS: dict[str, tuple[str, ...]] = {
-    "rise": ("reading", "order", "eps", "start", "iterations"),
-    "wrong_limit": ("reading", "order", "eps", "start", "iterations", "period", "box", "limit"),
-    "locked": ("reading", "order", "eps", "start", "iterations", "zero", "best", "better"),
-    "singular": ("system", "reading", "order", "eps", "start", "iterations"),
-    "inequality": ("relation", "v", "t", "w", "u"),
-    "derivative": ("variable", "w", "u", "h"),
-    "similarity": ("optima",),
-    "tie": ("templates",),
-    "exponent": ("step", "sizes", "claimed"),
-    "case": ("check", "drawn", "largest"),
-}
-"""The fields of each kind, besides those of every record."""
-
-OPTIONAL = ("eps", "period", "box", "limit", "v", "t", "w", "u")
-"""Fields that not every record of a kind has."""
-
-WITHOUT_PROBLEM = ("exponent", "inequality")
-"""Kinds whose problem may be null; an inequality between vectors has none."""
-
-ID = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
-_KEYS = (
-    "schema",
-    "id",
-    "claim",
-    "part",
-    "kind",
-    "statement",
-    "problem",
-    "fields",
-    "expect",
-    "origin",
-    "size",
-)
 
 
 @dataclass(frozen=True)
@@ -74,7 +39,7 @@ class Record:
     part : str
         A key of `verification.ledger.claims.PARTS`.
     kind : str
-        A key of `KINDS`: what confirms it.
+        A key of `verification.counterexamples.fields.KINDS`: what confirms it.
     statement : str
         What fails, in one line.
     problem : ExactProblem or None
@@ -117,7 +82,7 @@ class Record:
             "kind": self.kind,
             "statement": self.statement,
             "problem": None if self.problem is None else self.problem.as_json(),
-            "fields": {name: self.fields[name] for name in KINDS[self.kind] if name in self.fields},
+            "fields": {name: self.fields[name] for name in names(self.kind) if name in self.fields},
             "expect": dict(self.expect),
             "origin": self.origin,
             "size": {"text": self.size.text, "number": self.size.number},
@@ -138,17 +103,17 @@ def parse(data: Any, source: str) -> Record:
     FileFormatError
         It does not follow the schema; the message names the place.
     """
-    if not isinstance(data, dict) or tuple(sorted(data)) != tuple(sorted(_KEYS)):
+    keys = RecordData.__annotations__
+    if not isinstance(data, dict) or set(data) != set(keys):
         got = sorted(data) if isinstance(data, dict) else data
-        raise FileFormatError(source, value=got, must=f"must be an object with keys {', '.join(_KEYS)}")
+        raise FileFormatError(source, value=got, must=f"must be an object with keys {', '.join(keys)}")
     _check_heading(data, source)
     for name in ("fields", "expect"):
         if not isinstance(data[name], dict):
             raise FileFormatError(f"{source}: {name}", value=data[name], must="must be an object")
-    known, given = KINDS[data["kind"]], data["fields"]
-    if set(given) - set(known) or any(name not in given for name in known if name not in OPTIONAL):
-        must = f"must have {', '.join(known)} in kind {data['kind']} ({', '.join(OPTIONAL)} where they apply)"
-        raise FileFormatError(f"{source}: fields", value=sorted(given), must=must)
+    if not fits(data["kind"], set(data["fields"])):
+        must = f"must have {', '.join(names(data['kind']))} in kind {data['kind']}, as the schema says"
+        raise FileFormatError(f"{source}: fields", value=sorted(data["fields"]), must=must)
     try:
         problem = None if data["problem"] is None else ExactProblem.from_json(data["problem"])
         size = Size(str(data["size"]["text"]), int(data["size"]["number"]))
@@ -170,7 +135,7 @@ def _check_heading(data: dict[str, Any], source: str) -> None:
     for name in ("id", "claim", "part", "kind", "statement", "origin"):
         if not isinstance(data[name], str):
             raise FileFormatError(f"{source}: {name}", value=data[name], must="must be a string")
-    if not ID.fullmatch(data["id"]):
+    if not re.fullmatch(ID, data["id"]):
         must = "must be words of a-z and 0-9 joined by hyphens"
         raise FileFormatError(f"{source}: id", value=data["id"], must=must)
     if data["kind"] not in KINDS:

@@ -4,11 +4,12 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from convexperc.errors import FileFormatError
 from verification.ledger.claims import CLAIMS, PARTS, Role
 from verification.ledger.evidence import Evidence, Judgement, Verdict, summed
-from verification.ledger.verdicts import is_selected
+from verification.ledger.verdicts import is_selected, judge_all
 
 SCHEMA = "convexperc/baseline/1"
 BASELINE = Path(__file__).with_name("baseline.json")
@@ -50,7 +51,7 @@ class Assessment:
         One line for each finding; the first three make the code 1, the last 3.
     """
 
-    code: int
+    code: Literal[0, 1, 3]
     changed: tuple[str, ...]
     failed: tuple[str, ...]
     stale: tuple[str, ...]
@@ -63,6 +64,39 @@ class Assessment:
 
 
 NOT_LISTED = "not listed"
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A run with everything that is concluded from it.
+
+    Attributes
+    ----------
+    evidence : Evidence
+    judgements : mapping of str to Judgement
+        By claim id and part key, see `verification.ledger.verdicts.judge_all`.
+    baseline : mapping of str to Verdict
+        What was expected of the claims that the run was about.
+    assessment : Assessment
+    """
+
+    evidence: Evidence
+    judgements: Mapping[str, Judgement]
+    baseline: Mapping[str, Verdict]
+    assessment: Assessment
+
+    @classmethod
+    def of(cls, evidence: Evidence, baseline: Mapping[str, Verdict] | None = None) -> "Judged":
+        """Judge a run, by the committed baseline unless another one is given.
+
+        Raises
+        ------
+        ContradictionError
+            See `verification.ledger.verdicts.judge_part`.
+        """
+        judgements = judge_all(evidence)
+        expected = for_run(read_baseline() if baseline is None else baseline, evidence)
+        return cls(evidence, judgements, expected, assess(evidence, judgements, expected))
 
 
 def read_baseline(path: Path = BASELINE) -> dict[str, Verdict]:
@@ -133,7 +167,7 @@ def assess(
         for found in evidence.refutations
         if not found.confirmed
     )
-    code = 1 if changed or failed or stale else 3 if left else 0
+    code: Literal[0, 1, 3] = 1 if changed or failed or stale else 3 if left else 0
     return Assessment(code, changed, failed, stale, tuple(left))
 
 

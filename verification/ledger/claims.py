@@ -1,8 +1,8 @@
 """The ledger of claims, read from `ledger.toml`: their places, their formal parts, and how each is judged.
 
-A part is one formal reading. Its role says what it means for the claim: ``stated`` is the claim as the paper
-has it, ``reading`` another way to read it, ``repair`` the nearest true form. The verdict of a claim is that
-of its stated parts. Nothing here computes.
+A part is one formal interpretation. Its role says what it means for the claim: ``stated`` is the claim as
+the paper has it, ``variant`` the same for another update, ``repair`` a corrected statement. The verdict of a
+claim is that of its stated parts. Nothing here computes.
 """
 
 import tomllib
@@ -18,7 +18,7 @@ class Role(StrEnum):
     """What a part means for its claim."""
 
     STATED = "stated"
-    READING = "reading"
+    VARIANT = "variant"
     REPAIR = "repair"
 
 
@@ -34,7 +34,7 @@ class Subject(StrEnum):
 
 @dataclass(frozen=True)
 class Part:
-    """One formal reading of a claim.
+    """One formal interpretation of a claim.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Claim:
         How it is judged.
     parts : tuple of Part
     repaired_by : tuple of str
-        Keys of parts of other claims that belong to its nearest true form, besides its own repairs.
+        Keys of parts of other claims that correct it, besides its own repairs.
     """
 
     id: str
@@ -123,7 +123,7 @@ def _by_reading(claim: str, data: dict[str, Any]) -> list[Part]:
     parts = []
     for reading in READINGS:
         for order in ORDERS:
-            role = Role.STATED if (reading, order) == ("printed", "gauss_seidel") else Role.READING
+            role = Role.STATED if (reading, order) == ("printed", "gauss_seidel") else Role.VARIANT
             statement = data["statement"].format(reading=reading, order=order_in_words(order))
             parts.append(Part(f"{claim}/{reading}/{order}", role, **data | {"statement": statement}))
     return parts

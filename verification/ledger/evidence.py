@@ -15,11 +15,11 @@ class Verdict(StrEnum):
     """What the evidence says of a part of a claim, or of the whole claim.
 
     ``holds``: proved, each step checked by a machine; ``holds under``: proved, on a condition that is named;
-    ``supported``: tried on the stated number of cases, none against; ``refuted``: a counterexample is stored
-    and was confirmed in exact arithmetic; ``inconclusive``: none of these; ``not testable here``.
+    ``supported``: tested on the stated number of cases without a failure; ``refuted``: a counterexample is
+    stored and was confirmed in exact arithmetic; ``inconclusive``: none of these; ``not testable here``.
 
     Of the experiments, ``supported``, ``refuted`` and ``inconclusive`` follow from the rule in
-    `verification.ledger.rules`: what the readings of a stored record say.
+    `verification.ledger.rules`: what the configurations of a stored record say.
     """
 
     HOLDS = "holds"
@@ -90,18 +90,19 @@ class Argument:
     condition : str
         Where the conclusion holds, if not everywhere that the part speaks of; else empty.
     steps : tuple of Step
+    passed : bool
+        Whether every step was accepted, and a machine accepted at least one; follows from the steps.
     """
 
     part: str
     conclusion: str
     condition: str
     steps: tuple[Step, ...]
+    passed: bool = field(init=False)
 
-    @property
-    def passed(self) -> bool:
-        """Whether every step was accepted, and a machine accepted at least one."""
+    def __post_init__(self) -> None:
         checked = any(step.checker is not Checker.CITED for step in self.steps)
-        return checked and all(step.passed for step in self.steps)
+        object.__setattr__(self, "passed", checked and all(step.passed for step in self.steps))
 
 
 @dataclass

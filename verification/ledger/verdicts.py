@@ -73,7 +73,7 @@ def judge(claim: Claim, evidence: Evidence) -> Judgement:
     ContradictionError
         See `judge_part`.
     """
-    keys = {part.key for part in claim.parts} | {part.key for part in nearest_true_form(claim)}
+    keys = {part.key for part in claim.parts} | {part.key for part in corrected_statements(claim)}
     return judge_from_parts(claim, {key: judge_part(PARTS[key], evidence) for key in sorted(keys)})
 
 
@@ -102,23 +102,23 @@ def judge_part(part: Part, evidence: Evidence) -> Judgement:
     if arguments and all(argument.passed for argument in arguments):
         return _proved(arguments, count, notes)
     if count.held:
-        return Judgement(Verdict.SUPPORTED, "; ".join([f"{_cases(count.held)}, none against", *notes]))
+        return Judgement(Verdict.SUPPORTED, "; ".join([_tested(count), *notes]))
     return Judgement(Verdict.INCONCLUSIVE, "; ".join(["no case was decided and no argument passed", *notes]))
 
 
 def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
-    """Judge a claim by the verdicts on its parts and on the parts of its nearest true form."""
+    """Judge a claim by the verdicts on its parts and on the corrected statements."""
     stated = [part for part in claim.parts if part.role is Role.STATED]
     if claim.surveyed:
         return join_surveyed({part.key: parts[part.key] for part in stated})
     refuted = [part.key for part in stated if parts[part.key].verdict is Verdict.REFUTED]
     if refuted:
         repairs = [
-            f"{part.key} {_verdict_in_words(parts.get(part.key))}" for part in nearest_true_form(claim)
+            f"{part.key} {_verdict_in_words(parts.get(part.key))}" for part in corrected_statements(claim)
         ] or ["none is stated"]
         share = f" ({len(refuted)} of {len(stated)} stated parts)" if len(stated) > 1 else ""
         reason = f"{', '.join(refuted)}{share}"
-        return Judgement(Verdict.REFUTED, f"{reason}; nearest true form: {', '.join(repairs)}")
+        return Judgement(Verdict.REFUTED, f"{reason}; corrected statement: {', '.join(repairs)}")
     weakest = min((parts[part.key].verdict for part in stated), key=WEAKEST_FIRST.index)
     at_it = [part.key for part in stated if parts[part.key].verdict is weakest]
     conditions = (parts[key].condition for key in at_it)
@@ -133,7 +133,7 @@ def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
     return Judgement(weakest, reason, condition)
 
 
-def nearest_true_form(claim: Claim) -> tuple[Part, ...]:
+def corrected_statements(claim: Claim) -> tuple[Part, ...]:
     """The parts that say what is true where the claim is not."""
     own = tuple(part for part in claim.parts if part.role is Role.REPAIR)
     return own + tuple(PARTS[key] for key in claim.repaired_by)
@@ -195,7 +195,7 @@ def _proved(arguments: list[Argument], count: Count, notes: list[str]) -> Judgem
     if cited:
         reasons[0] += f" and {cited} cited {'theorem' if cited == 1 else 'theorems'}"
     if count.held:
-        reasons.append(f"{_cases(count.held)} beside it, none against")
+        reasons.append(_tested(count))
     reason = "; ".join([*reasons, *notes])
     if any(not argument.condition for argument in arguments):
         return Judgement(Verdict.HOLDS, reason)
@@ -228,6 +228,10 @@ def _notes(refutations: list[Refutation], arguments: list[Argument], count: Coun
 
 def _verdict_in_words(judgement: Judgement | None) -> str:
     return f"{judgement.verdict.value} {judgement.condition}".strip() if judgement else NOT_JUDGED
+
+
+def _tested(count: Count) -> str:
+    return f"tested on {_cases(count.held)} without a failure"
 
 
 def _cases(number: int) -> str:

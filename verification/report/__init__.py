@@ -1,4 +1,4 @@
 """The report: stored evidence and its verdicts as HTML, Markdown, JSON and JUnit. It computes nothing.
 
-`write` writes all files of a report; `diff` compares two.
+`write.files` renders all files of a report, `write.store` stores them; `diff` compares two.
 """

@@ -8,7 +8,7 @@ from typing import Any
 
 from convexperc.errors import FileFormatError
 from verification.provenance import record_digest
-from verification.report.machine import SCHEMA
+from verification.report.contents import SCHEMA
 
 Record = Mapping[str, Any]
 OUTCOMES = ("held", "failed", "undecided", "skipped")
@@ -71,7 +71,7 @@ def read_report(path: Path) -> dict[str, Any]:
         raise FileFormatError(path.name, value=str(problem), must="must be JSON in UTF-8") from None
     schema = data.get("schema") if isinstance(data, dict) else type(data).__name__
     if schema != SCHEMA:
-        remedy = "Name the report.json of a report."
+        remedy = "Name the report.json of a report; one of an older schema is to be made again."
         raise FileFormatError(
             f"schema of {path.name}", value=schema, must=f"must be {SCHEMA!r}", remedy=remedy
         )
@@ -110,8 +110,8 @@ def _verdicts(record: Record) -> dict[str, str]:
 
 
 def _counts(key: str, old: Record | None, new: Record | None) -> Iterator[str]:
-    before = dict.fromkeys(OUTCOMES, 0) if old is None else old["count"]
-    after = dict.fromkeys(OUTCOMES, 0) if new is None else new["count"]
+    before = dict.fromkeys(OUTCOMES, 0) if old is None else old["cases"]
+    after = dict.fromkeys(OUTCOMES, 0) if new is None else new["cases"]
     told = [f"{name} {before[name]:,} -> {after[name]:,}" for name in OUTCOMES if before[name] != after[name]]
     if told:
         yield f"{key}: {', '.join(told)}"

@@ -1,54 +1,50 @@
 """junit.xml: one test case a part, passed where the verdict is the baseline's; for servers that read it."""
 
-from collections.abc import Mapping
-from typing import Any
 from xml.etree import ElementTree
 
 from verification.ledger.evidence import Verdict
+from verification.report.contents import JudgedPart, Report, printable
 
 FINDINGS = {
     "failed": "no promise of the library fails",
+    "changed": "every verdict is the baseline's",
     "stale": "every stored counterexample still fails",
     "open": "nothing that is required is missing or open",
 }
+"""By the fields of `verification.ledger.baseline.Assessment`."""
 
 
-def junit(record: Mapping[str, Any]) -> bytes:
-    """Render junit.xml; it holds nothing volatile, every time is 0.
-
-    Parameters
-    ----------
-    record : mapping
-        See `verification.report.machine.report_record`.
-    """
+def junit(report: Report) -> bytes:
+    """Render junit.xml; it holds nothing volatile, every time is 0."""
     root = ElementTree.Element("testsuites", name="convexperc verification")
-    for claim in record["claims"]:
-        suite = ElementTree.SubElement(root, "testsuite", name=claim["id"])
-        for part in claim["parts"]:
-            _part(
-                ElementTree.SubElement(suite, "testcase", name=part["key"], classname=claim["id"], time="0"),
-                part,
-            )
+    for claim in report.claims:
+        suite = ElementTree.SubElement(root, "testsuite", name=claim.id)
+        for part in claim.parts:
+            _part(_case(suite, part.key, claim.id), part)
     run = ElementTree.SubElement(root, "testsuite", name="run")
-    for key, name in FINDINGS.items():
-        case = ElementTree.SubElement(run, "testcase", name=name, classname="run", time="0")
-        if lines := record["outcome"][key]:
+    for field, name in FINDINGS.items():
+        case = _case(run, name, "run")
+        if lines := getattr(report.outcome, field):
             _failure(case, f"{len(lines)} found", "\n".join(lines))
     for element in (*root, root):
         _count(element)
     ElementTree.indent(root)
-    text = ElementTree.tostring(root, encoding="unicode")
+    text = printable(ElementTree.tostring(root, encoding="unicode"))
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
 
 
-def _part(case: ElementTree.Element, part: Mapping[str, Any]) -> None:
-    verdict, expected = part["verdict"], part["baseline"]
-    if verdict != expected:
-        _failure(case, f"{verdict}; the baseline says {expected or 'nothing'}", part["reason"])
-    elif verdict == Verdict.NOT_TESTABLE:
-        ElementTree.SubElement(case, "skipped", message=part["reason"])
+def _case(suite: ElementTree.Element, name: str, classname: str) -> ElementTree.Element:
+    return ElementTree.SubElement(suite, "testcase", name=name, classname=classname, time="0")
+
+
+def _part(case: ElementTree.Element, part: JudgedPart) -> None:
+    if part.verdict != part.baseline:
+        message = f"{part.verdict}; the baseline says {part.baseline or 'nothing'}"
+        _failure(case, message, part.reason)
+    elif part.verdict is Verdict.NOT_TESTABLE:
+        ElementTree.SubElement(case, "skipped", message=part.reason)
     else:
-        ElementTree.SubElement(case, "system-out").text = f"{verdict}: {part['reason']}"
+        ElementTree.SubElement(case, "system-out").text = f"{part.verdict}: {part.reason}"
 
 
 def _failure(case: ElementTree.Element, message: str, text: str) -> None:

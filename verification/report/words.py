@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from verification.ledger.evidence import Checker, Verdict
+from verification.ledger.claims import Role
+from verification.ledger.evidence import Checker, Outcome, Verdict
 from verification.search.profiles import LEAST, PROFILES
 
 TITLE = "Convex multi-robot perception: the claims of the paper, judged"
@@ -17,11 +18,12 @@ VERDICTS = {
     " solver z3 over the real numbers, or by exact arithmetic; where it rests on a theorem of the literature,"
     " that is cited and counted apart.",
     Verdict.HOLDS_UNDER: "Proved in the same way, but only under the condition that is named.",
-    Verdict.SUPPORTED: "Tried on the stated number of cases, and none spoke against it. This is not a proof."
-    " Of the experiments: it holds in at least 95 % of the readings, and none refutes it.",
+    Verdict.SUPPORTED: "Tested on the stated number of cases without a failure. This is not a proof."
+    " Of the experiments: it holds in at least 95 % of the configurations, and none refutes it.",
     Verdict.REFUTED: "False as stated. A counterexample is stored, and it was confirmed during this run: in"
     " exact arithmetic or, where the claim is about a program, by running it again beside a proved interval."
-    " Of the experiments: more than half of the readings refute it, by a rule that was fixed before looking."
+    " Of the experiments: more than half of the configurations refute it, by a rule that was fixed before"
+    " looking."
     " This is a finding about the claim, not a failure of the run.",
     Verdict.INCONCLUSIVE: "None of these: nothing was decided, or cases failed that nobody could"
     " confirm exactly. Of the experiments: it depends on what the paper leaves open.",
@@ -39,9 +41,9 @@ TONES = {
 """Class names in the style sheet."""
 
 ROLES = {
-    "stated": "as stated",
-    "reading": "another reading",
-    "repair": "nearest true form",
+    Role.STATED: "as stated",
+    Role.VARIANT: "update variant",
+    Role.REPAIR: "corrected statement",
 }
 
 CHECKERS = {
@@ -52,17 +54,18 @@ CHECKERS = {
 }
 
 OUTCOMES = {
-    "held": "the case agrees with the part",
-    "failed": "it does not; the verdict rests on the counterexamples that were confirmed, not on this count",
-    "undecided": "the case does not tell, for example a loop that met its limit of iterations",
-    "skipped": "the part says nothing about such a case",
+    Outcome.HELD: "the case agrees with the part",
+    Outcome.FAILED: "it does not; the verdict rests on the counterexamples that were confirmed, not on this"
+    " count",
+    Outcome.UNDECIDED: "the case does not tell, for example a loop that met its limit of iterations",
+    Outcome.SKIPPED: "the part says nothing about such a case",
 }
 
 LIMITATIONS = (
     '"Supported" speaks of the cases that were tried and of no others. They come from families of'
     " problems that the authors of this report chose, and they are small: at most 4 views and 8 features.",
-    "A profile tries a check on as many problems of each family as the settings say, a dear check on a part"
-    f" of that, and none on fewer than {LEAST}. The profile quick has {PROFILES['quick'].problems}: that"
+    "A profile tries a check on as many problems of each family as the settings say, an expensive check on a"
+    f" part of that, and none on fewer than {LEAST}. The profile quick has {PROFILES['quick'].problems}: that"
     f" shows what fails often, not what fails rarely. The profiles ci ({PROFILES['ci'].problems}) and full"
     f" ({PROFILES['full'].problems}) say more.",
     "The cases are no random sample: each family begins with its simplest problem, and the search then drives"
@@ -72,8 +75,8 @@ LIMITATIONS = (
     "A claim that has no meaning somewhere, as a division by 0, is judged where it has one, and holds under"
     " that condition. One that has a meaning and is false somewhere is refuted, however small that place."
     " Several refutations share a cause: the absolute value and the factor 2 that the derivatives lack are"
-    " behind D1, D2, T1a and T1b; the l1-norm in place of its entries behind L2, A2 and appendix readings.",
-    "Each claim was put into formal parts by us. Where the paper's words admit several readings,"
+    " behind D1, D2, T1a and T1b; the l1-norm in place of its entries behind L2, A2 and appendix variants.",
+    "Each claim was put into formal parts by us. Where the paper's words admit several interpretations,"
     ' one is marked "as stated" and decides the verdict; the others are judged beside it.',
     'An argument is as sound as what checked its steps. Steps marked "cited theorem" were checked'
     " by no machine, and how scalar steps add up to a statement in every dimension is written out"
@@ -92,9 +95,9 @@ LIMITATIONS = (
     "The paper's pictures are not public. The claims about the experiments are judged on simulated scenes of"
     " the same design, and not on the paper's own: what is refuted here may hold there.",
     "The paper leaves open what a repetition needs: lambda1 in the experiments, the bins of the"
-    " histograms, the"
-    " settings of HOG and LBP, the size of the pictures and their normalisation. The readings vary these, and"
-    " nothing else; a fraction of all combinations shows the effect of each, not of all together.",
+    " histograms, the settings of HOG and LBP, the size of the pictures and their normalisation. The"
+    " configurations vary these, and nothing else; a fraction of all combinations shows the effect of each,"
+    " not of all together.",
 )
 
 SYMBOLS = (
@@ -127,13 +130,13 @@ SYMBOLS = (
         "start: w = argmin ||X'w - o||, then u = argmin ||Xu - w||, each of least norm. Step 6: (XX' +"
         " lambda1 I + (lambda2/2) D^w) w = X(o + lambda1 u). Step 7: (lambda1 X'X + (lambda3/2) D^u) u ="
         " lambda1 X'w. D^w = diag(1/(2 w_i)) and D^u = blockdiag(I/(2||u^i||)) come from the iterate before;"
-        " repeated until convergence. The readings differ in D^w, D^u and the factor 1/2",
+        " repeated until convergence. The update variants differ in D^w, D^u and the factor 1/2",
     ),
     ("A, B, Q", "in proofs: lambda2 D^w and lambda3 D^u; the quadratic above F that an update minimises"),
     ("w(i), u(i)", "the iterates of Algorithm 1; t' is the transpose of t"),
 )
 
-READINGS = (
+VARIANTS = (
     ("printed", "D^w = diag(1/(2 w_i)), and lambda2/2 and lambda3/2, as in the paper's box"),
     ("absolute", "|w_i| in place of w_i; lambda2/2 and lambda3/2 stay"),
     (
@@ -172,7 +175,7 @@ FIGURES = (
         "counterexample",
         "T1a",
         "One counterexample, iteration by iteration",
-        "F at each iteration for several readings of the update, from the same start. The band is"
+        "F at each iteration for several variants of the update, from the same start. The band is"
         " an interval that is proved to contain the optimum F*. Equal curves lie one over the other:"
         " absolute and appendix half; corrected, appendix full and smoothed. A curve that is shorter than"
         " the others came to rest.",
@@ -181,7 +184,7 @@ FIGURES = (
         "distance",
         "T1b",
         "Where the iteration ends",
-        "Each row is one reading in one order (GS: Gauss-Seidel): the darker a cell, the larger the"
+        "Each row is one update variant in one order (GS: Gauss-Seidel): the darker a cell, the larger the"
         " share of its runs that ended with that relative distance (F(last) - F*)/F*. The line is the"
         " tolerance; the first cell holds all that ended at 1e-16 or below, the last all beyond 100. On the"
         " right: runs whose distance is known + undecided runs + runs without an end, whose system was"

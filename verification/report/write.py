@@ -7,12 +7,11 @@ from pathlib import Path
 from convexperc.errors import InputError
 from convexperc.files import check_place, write_atomic
 from verification.experiments.record.reading import Experiments
-from verification.ledger.baseline import assess
-from verification.ledger.evidence import Evidence, Judgement, Verdict
+from verification.ledger.baseline import Judged
+from verification.report.contents import contents, report_file
 from verification.report.experiments.section import section
 from verification.report.experiments.summary import summary
 from verification.report.junit import junit
-from verification.report.machine import report_file, report_record
 from verification.report.markdown import markdown
 from verification.report.page import page
 from verification.report.sums import listed, sums
@@ -22,13 +21,7 @@ SUMS = "SHA256SUMS"
 RECORD_NAME = re.compile(r"[a-z0-9][a-z0-9._-]*\.json")
 
 
-def files(
-    evidence: Evidence,
-    judgements: Mapping[str, Judgement],
-    baseline: Mapping[str, Verdict],
-    records: Mapping[str, bytes],
-    stored: Experiments | None = None,
-) -> dict[str, bytes]:
+def files(run: Judged, records: Mapping[str, bytes], stored: Experiments | None = None) -> dict[str, bytes]:
     """The content of every file of the report but SHA256SUMS, by its name in the folder.
 
     The record of the experiments is shown where a claim about them was judged.
@@ -43,47 +36,15 @@ def files(
         raise InputError(
             "records", value=wrong, must="must have names of a-z, 0-9, '.', '_', '-' that end in .json"
         )
-    assessment = assess(evidence, judgements, baseline)
-    shown = summary(stored) if stored is not None and evidence.surveys else None
-    record = report_record(evidence, judgements, baseline, assessment, records, shown)
+    shown = summary(stored) if stored is not None and run.evidence.surveys else None
+    report = contents(run, records, shown)
     blocks = section(shown, stored.sheets, whole=False) if stored is not None and shown is not None else []
     return {f"{RECORDS}/{name}": data for name, data in sorted(records.items())} | {
-        "report.html": page(record, blocks),
-        "report.md": markdown(record, blocks),
-        "report.json": report_file(record),
-        "junit.xml": junit(record),
+        "report.html": page(report, blocks),
+        "report.md": markdown(report, blocks),
+        "report.json": report_file(report),
+        "junit.xml": junit(report),
     }
-
-
-def write(
-    evidence: Evidence,
-    judgements: Mapping[str, Judgement],
-    baseline: Mapping[str, Verdict],
-    outdir: Path,
-    records: Mapping[str, bytes],
-    stored: Experiments | None = None,
-) -> None:
-    """Render a report and store it.
-
-    Parameters
-    ----------
-    evidence : Evidence
-    judgements : mapping of str to Judgement
-        See `verification.ledger.verdicts.judge_all`.
-    baseline : mapping of str to Verdict
-        See `verification.ledger.baseline.read_baseline`.
-    outdir : Path
-    records : mapping of str to bytes
-        The counterexamples to go with it, by file name.
-    stored : Experiments or None
-        The record of the experiments.
-
-    Raises
-    ------
-    InputError
-        See `files` and `store`.
-    """
-    store(files(evidence, judgements, baseline, records, stored), outdir)
 
 
 def store(content: Mapping[str, bytes], outdir: Path) -> None:

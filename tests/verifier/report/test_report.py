@@ -6,12 +6,11 @@ import re
 import subprocess
 from fractions import Fraction
 from html.parser import HTMLParser
-from importlib.resources import files as resources
 from xml.etree import ElementTree
 
 import jsonschema
 import pytest
-from made_up import MACHINE, SETTINGS, argument, evidence, refutation, series, verdicts
+from made_up import MACHINE, SETTINGS, argument, evidence, judged, refutation, series, verdicts
 
 from convexperc.errors import FileFormatError, InputError
 from verification import provenance as environment
@@ -20,18 +19,18 @@ from verification.checks.descent import ITERATIONS
 from verification.counterexamples.files import catalogue
 from verification.counterexamples.given import given, in_words
 from verification.exact.problem import ExactProblem
-from verification.ledger.baseline import assess
 from verification.ledger.claims import CLAIMS, PARTS
 from verification.ledger.evidence import Argument, Checker, Count, Refutation, Step, Verdict
-from verification.ledger.verdicts import judge_all
 from verification.problems.families import FAMILIES
 from verification.provenance import record_digest
 from verification.report import sentences, words
+from verification.report.contents import Report, contents, plain, report_file
 from verification.report.diff import diff, read_report
-from verification.report.machine import report_record
+from verification.report.junit import junit
 from verification.report.markdown import VOLATILE
 from verification.report.plots import DRAWN, plot
-from verification.report.write import files, write
+from verification.report.schema import report_schema
+from verification.report.write import SUMS, files, store
 from verification.search.profiles import PROFILES
 
 RECORDS = {"d1-printed.json": b"{}\n", "l2-inequality.json": b"[]\n"}
@@ -40,14 +39,16 @@ TIMES = {"step6": {"x": [8, 16], "y": [1e-5, 8e-5], "slope": 3.0}}
 
 
 def rendered(made=None, baseline=None, records=RECORDS):
-    made = made or evidence()
-    return files(made, judge_all(made), baseline or verdicts(made), records)
+    return files(judged(made, baseline), records)
 
 
-def record(made=None, baseline=None):
-    made = made or evidence()
-    judged, expected = judge_all(made), baseline or verdicts(made)
-    return report_record(made, judged, expected, assess(made, judged, expected), RECORDS)
+def told(made=None, baseline=None) -> Report:
+    return contents(judged(made, baseline), RECORDS)
+
+
+def record(made=None):
+    """The data of report.json."""
+    return plain(told(made))
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +76,7 @@ def test_two_machines_differ_in_one_block_alone(good):
 def test_the_digest_moves_with_every_finding_and_with_nothing_volatile():
     found = record()
     assert found["digest"] == record_digest(found) == record(evidence(volatile={}))["digest"]
+    assert json.loads(report_file(told())) == found
     changed = evidence(settings=SETTINGS | {"seed": 1}), evidence(missing=["x"]), evidence(series={})
     digests = {record(made)["digest"] for made in changed} | {found["digest"]}
     assert len(digests) == 4, digests
@@ -187,7 +189,7 @@ def test_a_report_says_what_it_found(good):
     ],
 )
 def test_a_run_that_is_not_as_expected_says_so_first(changes, code, message):
-    made = evidence(**changes)
+    made = evidence(series={}, **changes)
     found = rendered(made, verdicts(evidence()))
     assert json.loads(found["report.json"])["outcome"]["code"] == code
     page = Page(found["report.html"].decode()).text
@@ -196,15 +198,13 @@ def test_a_run_that_is_not_as_expected_says_so_first(changes, code, message):
 
 
 def test_the_file_for_machines_follows_its_schema():
-    schema = json.loads(
-        resources("verification.report").joinpath("report.schema.json").read_text(encoding="utf-8")
-    )
+    schema = report_schema()
     jsonschema.Draft202012Validator.check_schema(schema)
     validator = jsonschema.Draft202012Validator(schema)
-    found = json.loads(rendered()["report.json"])
+    found = record()
     validator.validate(found)
-    assert found["claims"][0]["parts"][0]["count"]["held"] == 8500
-    worst = {part["key"]: part["count"]["worst"] for claim in found["claims"] for part in claim["parts"]}
+    assert found["claims"][0]["parts"][0]["cases"]["held"] == 8500
+    worst = {part["key"]: part["cases"]["worst"] for claim in found["claims"] for part in claim["parts"]}
     assert worst["N1/w_system"] == "inf"
     for path, value in {("digest",): "0", ("claims", 0, "verdict"): "true", ("outcome", "code"): 2}.items():
         wrong = json.loads(json.dumps(found))
@@ -219,20 +219,20 @@ def test_the_file_for_machines_follows_its_schema():
 
 def test_junit_has_a_case_a_part_and_fails_where_the_verdict_is_another():
     made = evidence(missing=["family one_view"])
-    root = ElementTree.fromstring(rendered(made)["junit.xml"])
+    root = ElementTree.fromstring(junit(told(made)))
     cases = {case.get("name"): case for case in root.iter("testcase")}
     assert set(PARTS) <= set(cases)
     assert not [key for key, case in cases.items() if case.find("skipped") is not None]
     failures = [case for case in cases.values() if case.find("failure") is not None]
     assert [case.get("name") for case in failures] == ["nothing that is required is missing or open"]
-    assert (root.get("tests"), root.get("failures"), root.get("skipped")) == (str(len(PARTS) + 3), "1", "0")
-    without = ElementTree.fromstring(rendered(evidence(surveys=[]))["junit.xml"])
+    assert (root.get("tests"), root.get("failures"), root.get("skipped")) == (str(len(PARTS) + 4), "1", "0")
+    without = ElementTree.fromstring(junit(told(evidence(surveys=[]))))
     surveyed = {key for key, part in PARTS.items() if part.rule is not None}
     assert {
         case.get("name") for case in without.iter("testcase") if case.find("skipped") is not None
     } == surveyed
     other = verdicts(made) | {"F1/convex": Verdict.REFUTED}
-    failed = ElementTree.fromstring(rendered(made, other)["junit.xml"]).findall(".//failure")
+    failed = ElementTree.fromstring(junit(told(made, other))).findall(".//failure")
     assert failed[0].get("message") == "holds; the baseline says refuted"
     assert {case.get("time") for case in root.iter("testcase")} == {"0"}
 
@@ -296,44 +296,36 @@ def test_a_series_of_another_shape_is_refused_by_name(name):
 def test_a_run_that_nobody_could_repeat_is_refused(name):
     settings = {key: value for key, value in SETTINGS.items() if key != name}
     with pytest.raises(InputError, match=name):
-        rendered(evidence(settings=settings))
+        told(evidence(settings=settings))
 
 
-def test_the_files_are_whole_and_their_sums_right(tmp_path):
+def test_the_files_are_whole_and_their_sums_right(good, tmp_path):
     folder = tmp_path / "new" / "report"
-    made = evidence()
-    write(made, judge_all(made), verdicts(made), folder, RECORDS)
-    lines = (folder / "SHA256SUMS").read_text().splitlines()
+    store(good, folder)
+    lines = (folder / SUMS).read_text().splitlines()
     names = sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
-    assert sorted([*(line[66:] for line in lines), "SHA256SUMS"]) == names
+    assert names == sorted([*good, SUMS]) == sorted([*(line[66:] for line in lines), SUMS])
     for line in lines:
         assert hashlib.sha256((folder / line[66:]).read_bytes()).hexdigest() == line[:64], line
     mine = folder / "counterexamples" / "mine.json"
     mine.write_text("{}")
-    write(made, judge_all(made), verdicts(made), folder, {"d1-printed.json": b"{}"})
-    assert sorted(path.name for path in (folder / "counterexamples").iterdir()) == [
-        "d1-printed.json",
-        "mine.json",
-    ]
+    store({name: data for name, data in good.items() if "l2-inequality" not in name}, folder)
+    kept = sorted(path.name for path in (folder / "counterexamples").iterdir())
+    assert kept == ["d1-printed.json", "mine.json"]
 
 
-def test_nothing_is_written_where_something_is_wrong(tmp_path):
-    made = evidence(series={"cost": {"step6": {}}})
-    with pytest.raises(InputError, match="series 'cost'"):
-        write(made, judge_all(made), verdicts(made), tmp_path / "out", RECORDS)
-    assert not (tmp_path / "out").exists()
-    made = evidence()
+def test_nothing_is_written_where_something_is_wrong(good, tmp_path):
     for name in ("../x.json", "a/b.json", "X.json", ".json", "x.txt"):
         with pytest.raises(InputError, match="records"):
-            write(made, judge_all(made), verdicts(made), tmp_path / "out", {name: b""})
+            rendered(records={name: b""})
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="must be a folder"):
-        write(made, judge_all(made), verdicts(made), tmp_path / "file", RECORDS)
+        store(good, tmp_path / "file")
 
 
 def test_equal_reports_do_not_differ(tmp_path):
     path = tmp_path / "report.json"
-    path.write_bytes(rendered()["report.json"])
+    path.write_bytes(report_file(told()))
     found = diff(read_report(path), record(evidence(volatile={})))
     assert (found.code, found.text) == (0, "All verdicts are equal.")
 
@@ -373,7 +365,8 @@ def test_a_difference_is_named():
         ("{", "must be JSON"),
         ("[]", "'list'"),
         ('{"schema": "convexperc/bench/1"}', "convexperc/bench/1"),
-        ('{"schema": "convexperc/report/1", "digest": "0", "claims": []}', "changed after it was written"),
+        ('{"schema": "convexperc/report/1"}', "one of an older schema is to be made again"),
+        ('{"schema": "convexperc/report/2", "digest": "0", "claims": []}', "changed after it was written"),
     ],
 )
 def test_what_is_no_report_is_refused(tmp_path, content, needed):
@@ -439,23 +432,32 @@ def test_a_partial_report_speaks_of_its_claims_alone():
     assert "2 claims in 14 formal parts" in page.text
 
 
-def test_counts_by_reading_and_by_family_are_told(good):
+def test_counts_by_variant_and_by_family_are_told(good):
     squeezed = " ".join(Page(good["report.html"].decode()).text.split())
-    part = next(
-        part
-        for claim in record()["claims"]
-        for part in claim["parts"]
-        if part["key"] == "T1a/printed/gauss_seidel"
-    )
+    part = next(part for part in told().parts if part.key == "T1a/printed/gauss_seidel")
     rows = dict(sentences.by_kind(part))
-    assert [rows[kind]["failed"] for kind in ("random", "degenerate", "all")] == [0, 1317, 1317], rows
-    assert rows["random"]["held"] + rows["degenerate"]["held"] == rows["all"]["held"] == part["count"]["held"]
+    assert [rows[kind].failed for kind in ("random", "degenerate", "all")] == [0, 1317, 1317], rows
+    assert rows["random"].held + rows["degenerate"].held == rows["all"].held == part.cases.held
     assert "printed GS refuted 250 1317/8250 1317/8500" in squeezed
     assert f"looked at {500 * len(FAMILIES):,} problems of {len(FAMILIES)} families" in squeezed
-    rows = sentences.coverage(record(evidence(series={"coverage": {"random": 1234}})))
-    assert [row["family"] for row in rows] == list(FAMILIES)
-    assert rows[0]["problems"] == 1234
-    assert sum(row["held"] for row in rows) == sum(count.held for count in evidence().counts)
+    rows = sentences.coverage(told(evidence(series={"coverage": {"random": 1234}})))
+    assert [row.family for row in rows] == list(FAMILIES)
+    assert [row.problems for row in rows[:2]] == [1234, None]
+    assert sum(row.cases.held for row in rows) == sum(count.held for count in evidence().counts)
+
+
+def test_the_worst_case_is_named_with_its_family_and_unbounded_where_it_has_no_number():
+    counts = [Count("F2/conic", "random", 3, worst=2e-9), Count("F2/conic", "one_view", 2, worst=1e-3)]
+    for more, expected in (
+        ([], "Worst: 0.001, in family one view (relative gap of its point)."),
+        (
+            [Count("F2/conic", "one_view", 1, worst=1e300)],
+            "Worst: unbounded (relative gap of its point), as F*",
+        ),
+    ):
+        part = next(each for each in told(evidence(counts=counts + more)).parts if each.key == "F2/conic")
+        assert sentences.worst(part).startswith(expected), sentences.worst(part)
+        assert part.families["one_view"].held == 2 + len(more), part.families
 
 
 def test_every_refuted_stated_part_shows_its_first_counterexample():
@@ -464,8 +466,8 @@ def test_every_refuted_stated_part_shows_its_first_counterexample():
         refutation("N1/w_system", False, name="stale"),
         refutation("N1/w_system", name="a"),
     ]
-    claim = next(claim for claim in record(evidence(refutations=found))["claims"] if claim["id"] == "N1")
-    shown = [(key, each["id"]) for key, each in sentences.examples(claim)]
+    claim = next(claim for claim in told(evidence(refutations=found)).claims if claim.id == "N1")
+    shown = [(key, each.id) for key, each in sentences.examples(claim)]
     assert shown == [("N1/w_system", "a"), ("N1/u_system", "b")]
 
 
@@ -483,7 +485,7 @@ def test_the_limitations_fit_the_profiles_and_the_checks():
     assert PROFILES["full"].hunts
 
 
-def test_the_nearest_true_forms_of_the_ledger_exist():
+def test_the_corrected_statements_of_the_ledger_exist():
     named = {claim.id: claim.repaired_by for claim in CLAIMS.values() if claim.repaired_by}
     assert set(named) == {"T1a", "T1b", "S1"}
     assert all(key in PARTS for keys in named.values() for key in keys)
