@@ -85,23 +85,31 @@ def follow(quadratic: Quadratic, digits: int, rule: StepRule = AGGRESSIVE) -> Ce
                 break
             if not path.interior() or path.step(rule) < STALLED:
                 break
-        return Central(*(_fractions(x) for x in (path.w, path.b, path.rho)))
+        return Central(*(_fractions(x) for x in (path.w, path.at.b, path.at.rho)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Iterate:
+    """y+ and y-, v, rho and b, with K_i b and the slack g of b."""
+
+    y: tuple[Decimals, Decimals]
+    v: Decimals
+    rho: Decimals
+    b: Decimals
+    Kb: Decimals
+    slack: Decimals
 
 
 @dataclass(eq=False)
 class _Path:
-    """The iterate, in decimals."""
+    """The problem and the iterate, in decimals."""
 
     G: Decimals
     c: Decimals
     K: Decimals
     lambdas: tuple[Decimal, Decimal, Decimal]
     w: Decimals
-    v: Decimals
-    b: Decimals
-    rho: Decimals
-    y: tuple[Decimals, Decimals]
-    last: Decimals = field(init=False)
+    at: _Iterate = field(init=False)
 
     @classmethod
     def of(cls, q: Quadratic) -> "_Path":
@@ -113,48 +121,49 @@ class _Path:
         y = _filled(n, mu / two) if two else zero
         rho = _filled(m, 2 * mu / (three * three)) if m else _filled(0, mu)
         K = np.array([_decimals(k) for k in q.K], dtype=object).reshape(m, n, n)
-        return cls(_decimals(q.H), _decimals(q.c), K, (one, two, three), zero, zero, zero, rho, (y, y))
+        path = cls(_decimals(q.H), _decimals(q.c), K, (one, two, three), zero)
+        path.at = path._iterate((y, y), zero, rho, zero)
+        return path
+
+    def _iterate(self, y: tuple[Decimals, Decimals], v: Decimals, rho: Decimals, b: Decimals) -> _Iterate:
+        Kb = self.K @ b
+        return _Iterate(y, v, rho, b, Kb, np.asarray(self.lambdas[2] ** 2 - Kb @ b))
 
     def interior(self) -> bool:
         """Whether every slack is still positive: rounding can end that."""
         two = self.lambdas[1]
-        views = not two or all(abs(v) < two for v in self.v)
-        return views and all(g > 0 for g in (self._slack(self.b) if self.rho.size else ()))
+        views = not two or all(abs(v) < two for v in self.at.v)
+        return views and all(g > 0 for g in self.at.slack)
 
     def mu(self) -> Decimal:
         """Mean complementarity."""
-        total, count = self._complementarity(self.y, self.v, self.rho, self.b)
-        return total / count
+        return self._complementarity(self.at)
 
-    def _complementarity(
-        self, y: tuple[Decimals, Decimals], v: Decimals, rho: Decimals, b: Decimals
-    ) -> tuple[Decimal, int]:
+    def _complementarity(self, at: _Iterate) -> Decimal:
         two = self.lambdas[1]
         total, count = Decimal(0), 0
         if two:
-            total += sum(y[0] * (two - v), Decimal(0)) + sum(y[1] * (two + v), Decimal(0))
-            count += 2 * v.size
-        if rho.size:
-            total += sum(rho * self._slack(b), Decimal(0)) / 2
-            count += rho.size
-        return total, count
-
-    def _slack(self, b: Decimals) -> Decimals:
-        return np.asarray(self.lambdas[2] ** 2 - (self.K @ b) @ b)
+            total += sum(at.y[0] * (two - at.v), Decimal(0)) + sum(at.y[1] * (two + at.v), Decimal(0))
+            count += 2 * at.v.size
+        if at.rho.size:
+            total += sum(at.rho * at.slack, Decimal(0)) / 2
+            count += at.rho.size
+        return total / count
 
     def _residuals(self) -> tuple[Decimals, Decimals]:
-        first = 2 * (self.G @ self.w - self.c) - self.b - self.v
-        if not self.rho.size:
-            return first, self.b
-        return first, self.b / (2 * self.lambdas[0]) + self.w + np.tensordot(self.rho, self.K @ self.b, 1)
+        at = self.at
+        first = 2 * (self.G @ self.w - self.c) - at.b - at.v
+        if not at.rho.size:
+            return first, at.b
+        return first, at.b / (2 * self.lambdas[0]) + self.w + np.tensordot(at.rho, at.Kb, 1)
 
     def infeasibility(self) -> Decimal:
         """Largest residual, relative to the size of its terms."""
-        first, second = self._residuals()
-        size = 2 * np.abs(self.G) @ np.abs(self.w) + 2 * np.abs(self.c) + np.abs(self.b) + np.abs(self.v)
+        at, (first, second) = self.at, self._residuals()
+        size = 2 * np.abs(self.G) @ np.abs(self.w) + 2 * np.abs(self.c) + np.abs(at.b) + np.abs(at.v)
         worst = [abs(r) / s for r, s in zip(first, size, strict=True) if s]
-        if self.rho.size:
-            terms = np.abs(self.b) / (2 * self.lambdas[0]) + np.abs(self.w)
+        if at.rho.size:
+            terms = np.abs(at.b) / (2 * self.lambdas[0]) + np.abs(self.w)
             worst += [abs(r) / s for r, s in zip(second, terms, strict=True) if s]
         return max(worst, default=Decimal(0))
 
@@ -163,86 +172,75 @@ class _Path:
         fixed, centring = self._directions()
         mu = self.mu()
         length = self._length(fixed, Decimal(1))
-        total, count = self._complementarity(*self._moved(fixed, length))
-        ratio = max(Decimal(0), total / count / mu) if mu else Decimal(0)
+        ratio = max(Decimal(0), self._complementarity(self._moved(fixed, length)) / mu) if mu else Decimal(0)
         waiting = rule.residual.is_finite() and self.infeasibility() > rule.residual
         toward = mu * (Decimal(1) if waiting else max(rule.least, ratio**3))
         direction = tuple(f + toward * c for f, c in zip(fixed, centring, strict=True))
         length = self._length(direction, rule.share)
-        self.y, self.v, self.rho, self.b = self._moved(direction, length)
-        self.w = self.w + length * direction[0] if not self.lambdas[1] else self.y[1] - self.y[0]
+        self.at = self._moved(direction, length)
+        self.w = self.w + length * direction[0] if not self.lambdas[1] else self.at.y[1] - self.at.y[0]
         return length
 
     def _directions(self) -> tuple[tuple[Decimals, ...], tuple[Decimals, ...]]:
         """Newton's direction (w, v, b, rho, y+, y-) for mu = 0, and its derivative in mu."""
-        (first, second), (up, down), n = self._residuals(), self.y, self.v.size
+        at, (first, second), n = self.at, self._residuals(), self.at.v.size
+        (up, down), (slack_up, slack_down) = at.y, self._view_slacks()
         zero, ones = _filled(n, Decimal(0)), _filled(n, Decimal(1))
-        slack_up, slack_down = self.lambdas[1] - self.v, self.lambdas[1] + self.v
-        A = 2 * self.G
-        rhs = np.array([-first, zero], dtype=object)
-        theta = zero
-        shift = np.array([zero, zero], dtype=object)
+        A, rhs = 2 * self.G, np.array([-first, zero], dtype=object)
+        theta, shift = zero, np.array([zero, zero], dtype=object)
         if self.lambdas[1]:
             theta = down / slack_down + up / slack_up
             shift = np.array([up - down, ones / slack_down - ones / slack_up], dtype=object)
             A = A + np.diag(ones / theta)
             rhs = rhs + shift / theta
-        k, g, e = self._modality_parts()
-        if self.rho.size:
-            M = (
-                np.diag(ones / (2 * self.lambdas[0]))
-                + np.tensordot(self.rho, self.K, 1)
-                + (2 * self.rho / g * k.T) @ k
-            )
+        k, g, e = at.Kb, at.slack, (-at.rho * at.slack, _filled(at.rho.size, Decimal(2)))
+        if at.rho.size:
+            M = np.diag(ones / (2 * self.lambdas[0])) + np.tensordot(at.rho, self.K, 1)
+            M = M + (2 * at.rho / g * k.T) @ k
             A = np.block([[A, -np.diag(ones)], [np.diag(ones), M]])
             below = np.array([-second - (e[0] / g) @ k, -(e[1] / g) @ k], dtype=object)
             rhs = np.concatenate([rhs, below], axis=1)
         found = _solve(A, rhs.T).T
         result = []
         for i in range(2):
-            dw, db = found[i][:n], found[i][n:] if self.rho.size else zero
+            dw, db = found[i][:n], found[i][n:] if at.rho.size else zero
             dv = (shift[i] - dw) / theta if self.lambdas[1] else zero
-            drho = (e[i] + 2 * self.rho * (k @ db)) / g if self.rho.size else self.rho
+            drho = (e[i] + 2 * at.rho * (k @ db)) / g if at.rho.size else at.rho
             result.append((dw, dv, db, drho, *self._multipliers(i, dv)))
         return result[0], result[1]
 
-    def _modality_parts(self) -> tuple[Decimals, Decimals, tuple[Decimals, Decimals]]:
-        k, g = self.K @ self.b, self._slack(self.b)
-        return k, g, (-self.rho * g, _filled(self.rho.size, Decimal(2)))
+    def _view_slacks(self) -> tuple[Decimals, Decimals]:
+        """lambda2 - v and lambda2 + v."""
+        return self.lambdas[1] - self.at.v, self.lambdas[1] + self.at.v
 
     def _multipliers(self, i: int, dv: Decimals) -> tuple[Decimals, Decimals]:
         """Directions of y+ and y-, for mu = 0 (i = 0) or in mu (i = 1)."""
-        up, down = self.y
+        (up, down), (slack_up, slack_down) = self.at.y, self._view_slacks()
         if not self.lambdas[1]:
             return dv, dv
-        slack_up, slack_down = self.lambdas[1] - self.v, self.lambdas[1] + self.v
         if i == 0:
             return -up + up * dv / slack_up, -down - down * dv / slack_down
         return (1 + up * dv) / slack_up, (1 - down * dv) / slack_down
 
-    def _moved(
-        self, direction: tuple[Decimals, ...], t: Decimal
-    ) -> tuple[tuple[Decimals, Decimals], Decimals, Decimals, Decimals]:
-        _, dv, db, drho, dup, ddown = direction
-        y = self.y[0] + t * dup, self.y[1] + t * ddown
-        return y, self.v + t * dv, self.rho + t * drho, self.b + t * db
+    def _moved(self, direction: tuple[Decimals, ...], t: Decimal) -> _Iterate:
+        at, (_, dv, db, drho, dup, ddown) = self.at, direction
+        y = at.y[0] + t * dup, at.y[1] + t * ddown
+        return self._iterate(y, at.v + t * dv, at.rho + t * drho, at.b + t * db)
 
     def _length(self, direction: tuple[Decimals, ...], share: Decimal) -> Decimal:
         """The longest step <= 1 that keeps 1 - share of every positive quantity."""
-        _, dv, db, drho, dup, ddown = direction
+        at, (_, dv, db, drho, dup, ddown) = self.at, direction
         longest = Decimal(1)
-        pairs = [(self.rho, drho)]
+        pairs = [(at.rho, drho)]
         if self.lambdas[1]:
-            pairs += [(self.lambdas[1] - self.v, -dv), (self.lambdas[1] + self.v, dv)]
-            pairs += [(self.y[0], dup), (self.y[1], ddown)]
+            slack_up, slack_down = self._view_slacks()
+            pairs += [(slack_up, -dv), (slack_down, dv), (at.y[0], dup), (at.y[1], ddown)]
         for value, change in pairs:
             for x, dx in zip(value, change, strict=True):
                 if dx < 0:
                     longest = min(longest, share * x / -dx)
-        if self.rho.size:
-            for g, kb, square in zip(
-                self._slack(self.b), self.K @ self.b @ db, self.K @ db @ db, strict=True
-            ):
+        if at.rho.size:
+            for g, kb, square in zip(at.slack, at.Kb @ db, self.K @ db @ db, strict=True):
                 root = (kb * kb + max(square, Decimal(0)) * share * g).sqrt()
                 if root + kb > 0:
                     longest = min(longest, share * g / (root + kb))

@@ -128,12 +128,13 @@ def rise_confirmed(
     """
     data = ExactProblem.of(problem)
     systems, point = Systems(data), (_numbers(w), _numbers(u))
-    before, after = objective(data, *point, bits=PRECISIONS[0]), None
+    after: Enclosure | None = None
     for bits in PRECISIONS:
         with precision(bits):
             try:
+                before = objective(data, *point, bits=bits)
                 new = systems.step(update, *point, balls=bits == PRECISIONS[0])
-                before, after = objective(data, *point, bits=bits), objective(data, *new, bits=bits)
+                after = objective(data, *new, bits=bits)
             except SingularStepError:
                 return Rise(False, before, None)
             except UnresolvedError:
