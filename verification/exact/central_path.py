@@ -197,7 +197,8 @@ class _Path:
         if at.rho.size:
             M = np.diag(ones / (2 * self.lambdas[0])) + np.tensordot(at.rho, self.K, 1)
             M = M + (2 * at.rho / g * k.T) @ k
-            A = np.block([[A, -np.diag(ones)], [np.diag(ones), M]])
+            eye = np.diag(ones)
+            A = np.concatenate([np.concatenate([A, -eye], axis=1), np.concatenate([eye, M], axis=1)])
             below = np.array([-second - (e[0] / g) @ k, -(e[1] / g) @ k], dtype=object)
             rhs = np.concatenate([rhs, below], axis=1)
         found = _solve(A, rhs.T).T
@@ -230,15 +231,13 @@ class _Path:
     def _length(self, direction: tuple[Decimals, ...], share: Decimal) -> Decimal:
         """The longest step <= 1 that keeps 1 - share of every positive quantity."""
         at, (_, dv, db, drho, dup, ddown) = self.at, direction
-        longest = Decimal(1)
         pairs = [(at.rho, drho)]
         if self.lambdas[1]:
             slack_up, slack_down = self._view_slacks()
             pairs += [(slack_up, -dv), (slack_down, dv), (at.y[0], dup), (at.y[1], ddown)]
-        for value, change in pairs:
-            for x, dx in zip(value, change, strict=True):
-                if dx < 0:
-                    longest = min(longest, share * x / -dx)
+        value, change = (np.concatenate(part) for part in zip(*pairs, strict=True))
+        falling = change < 0
+        longest: Decimal = min([Decimal(1), *(share * value[falling] / -change[falling])])
         if at.rho.size:
             for g, kb, square in zip(at.slack, at.Kb @ db, self.K @ db @ db, strict=True):
                 root = (kb * kb + max(square, Decimal(0)) * share * g).sqrt()
@@ -249,25 +248,30 @@ class _Path:
 
 def _solve(A: Decimals, B: Decimals) -> Decimals:
     """Solve A x = B by equilibrated elimination with partial pivoting; x = 0 along a pivot of 0."""
-    column = np.array([max(abs(x) for x in col) or Decimal(1) for col in A.T], dtype=object)
+    column = _sizes(A, 0)
     A = A / column
-    row = np.array([max(abs(x) for x in line) or Decimal(1) for line in A], dtype=object)
-    work = np.concatenate([A, B], axis=1) / row[:, None]
+    work = np.concatenate([A, B], axis=1) / _sizes(A, 1)[:, None]
     size = A.shape[0]
     for k in range(size):
-        pivot = max(range(k, size), key=lambda i: abs(work[i, k]))
+        pivot = k + int(np.argmax(np.abs(work[k:, k])))
         if not work[pivot, k]:
             continue
         if pivot != k:
             work[[k, pivot]] = work[[pivot, k]]
-        for i in range(k + 1, size):
-            if work[i, k]:
-                work[i, k:] = work[i, k:] - work[i, k] / work[k, k] * work[k, k:]
+        rows = k + 1 + np.flatnonzero(work[k + 1 :, k])
+        work[rows, k:] = work[rows, k:] - (work[rows, k] / work[k, k])[:, None] * work[k, k:]
     x = np.full((size, B.shape[1]), Decimal(0), dtype=object)
     for k in reversed(range(size)):
         if work[k, k]:
             x[k] = (work[k, size:] - work[k, k + 1 : size] @ x[k + 1 :]) / work[k, k]
     return np.asarray(x / column[:, None])
+
+
+def _sizes(A: Decimals, axis: int) -> Decimals:
+    """Largest size of an entry along an axis; 1 where all are 0."""
+    found = np.abs(A).max(axis=axis)
+    found[found == 0] = Decimal(1)
+    return np.asarray(found)
 
 
 def _filled(size: int, value: Decimal) -> Decimals:
