@@ -52,7 +52,7 @@ class SingularStepError(SolverError):
 
 @dataclass(frozen=True)
 class Update:
-    """One reading of the two updates.
+    """One variant of the two updates.
 
     Attributes
     ----------
@@ -61,12 +61,12 @@ class Update:
     order : {"gauss_seidel", "jacobi"}
         Whether u is computed from w(i+1) or from w(i).
     eps : Fraction
-        Of the smoothed reading; 0 elsewhere.
+        Of the smoothed variant; 0 elsewhere.
 
     Raises
     ------
     InputError
-        There is no such reading or order, or eps does not suit the reading.
+        There is no such variant or order, or eps does not suit it.
     """
 
     reading: str
@@ -78,7 +78,7 @@ class Update:
             if value not in known:
                 raise InputError(name, value=value, must=f"must be one of {', '.join(known)}")
         if (self.eps > 0) != (self.reading == "smoothed") or self.eps < 0:
-            must = "must be > 0 in the smoothed reading and 0 in the others"
+            must = "must be > 0 in the smoothed variant and 0 in the others"
             raise InputError("eps", value=str(self.eps), must=must)
 
     @property
@@ -97,7 +97,7 @@ class Update:
         return [abs(x) for x in w]
 
     def modality_size(self, block: Numbers) -> Any:
-        """||u^i||_2, smoothed in the smoothed reading."""
+        """||u^i||_2, smoothed in the smoothed variant."""
         square = inner(block, block)
         return self._smooth(square) if self.reading == "smoothed" else root(square)
 
@@ -109,7 +109,7 @@ class Systems:
     """The linear systems of Algorithm 1 for one problem, and the products that every step needs."""
 
     def __init__(self, problem: Problem | ExactProblem) -> None:
-        data = ExactProblem.of(problem)
+        self.problem = data = ExactProblem.of(problem)
         self.n, self.d, self.groups = data.n, data.d, data.groups
         self.o = [fmpq(x, data.target_unit) for x in data.target]
         self.lambda1, self.lambda2, self.lambda3 = (exact(x) for x in data.lambdas)

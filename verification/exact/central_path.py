@@ -5,7 +5,7 @@ It serves the exact referee. Nothing here is trusted: exact bounds of its points
 The central path of the dual, with slack g_i = lambda3^2 - b'K_i b and w = y- - y+:
 
     y+_j (lambda2 - v_j) = mu,  y-_j (lambda2 + v_j) = mu,  rho_i g_i = 2 mu,
-    v = 2 (G w - c) - b,        b/(2 lambda1) + w + sum_i rho_i K_i b = 0
+    v = 2 (H w - c) - b,        b/(2 lambda1) + w + sum_i rho_i K_i b = 0
 
 With lambda2 = 0 the w are free and v = 0; without coupling (lambda1 or lambda3 is 0) b and rho are absent.
 """
@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from verification.exact.numbers import Rationals, objects
+from verification.exact.numbers import Rationals, objects, rationals
+from verification.exact.reduced import Reduced
 
 Decimals = NDArray[Any]
 """An object array of Decimals."""
@@ -26,19 +27,6 @@ Decimals = NDArray[Any]
 MOST_STEPS = 250
 STALLED = Decimal("1e-12")
 """Steps shorter than this get nowhere: the arithmetic is too short."""
-
-
-@dataclass(frozen=True, eq=False)
-class Quadratic:
-    """minimise w'Hw - 2c'w + ||o||^2 + lambda2 ||w||_1, coupled to u through K_i where K is not empty."""
-
-    H: Rationals
-    c: Rationals
-    target: Fraction
-    K: tuple[Rationals, ...]
-    lambda1: Fraction
-    lambda2: Fraction
-    lambda3: Fraction
 
 
 @dataclass(frozen=True)
@@ -71,14 +59,14 @@ class Central:
     """A point near the end of the central path, over the rationals; b and rho are empty without coupling."""
 
     w: Rationals
-    b: Rationals
-    rho: Rationals
+    b: Rationals = field(default_factory=lambda: rationals([]))
+    rho: Rationals = field(default_factory=lambda: rationals([]))
 
 
-def follow(quadratic: Quadratic, digits: int, rule: StepRule = AGGRESSIVE) -> Central:
+def follow(reduced: Reduced, digits: int, rule: StepRule = AGGRESSIVE) -> Central:
     """Follow the central path in `digits` digits until mu is 10^-(digits/2) ||o||^2, or no step helps."""
     with localcontext(Context(prec=digits)):
-        path = _Path.of(quadratic)
+        path = _Path.of(reduced)
         goal = path.mu() * Decimal(10) ** -(digits // 2)
         for _ in range(MOST_STEPS):
             if path.mu() <= goal and path.infeasibility() <= Decimal(10) ** -(digits // 2):
@@ -104,7 +92,7 @@ class _Iterate:
 class _Path:
     """The problem and the iterate, in decimals."""
 
-    G: Decimals
+    H: Decimals
     c: Decimals
     K: Decimals
     lambdas: tuple[Decimal, Decimal, Decimal]
@@ -112,16 +100,17 @@ class _Path:
     at: _Iterate = field(init=False)
 
     @classmethod
-    def of(cls, q: Quadratic) -> "_Path":
+    def of(cls, reduced: Reduced) -> "_Path":
         """Start at v = b = 0, on the central path but for v's residual."""
-        n, m = len(q.c), len(q.K)
-        one, two, three = (_decimal(x) for x in (q.lambda1, q.lambda2, q.lambda3))
-        mu = _decimal(q.target)
+        blocks = reduced.K if reduced.coupled else ()
+        n, m = len(reduced.c), len(blocks)
+        one, two, three = (_decimal(x) for x in (reduced.lambda1, reduced.lambda2, reduced.lambda3))
+        mu = _decimal(reduced.target)
         zero = _filled(n, Decimal(0))
         y = _filled(n, mu / two) if two else zero
         rho = _filled(m, 2 * mu / (three * three)) if m else _filled(0, mu)
-        K = np.array([_decimals(k) for k in q.K], dtype=object).reshape(m, n, n)
-        path = cls(_decimals(q.H), _decimals(q.c), K, (one, two, three), zero)
+        K = np.array([_decimals(k) for k in blocks], dtype=object).reshape(m, n, n)
+        path = cls(_decimals(reduced.H), _decimals(reduced.c), K, (one, two, three), zero)
         path.at = path._iterate((y, y), zero, rho, zero)
         return path
 
@@ -152,7 +141,7 @@ class _Path:
 
     def _residuals(self) -> tuple[Decimals, Decimals]:
         at = self.at
-        first = 2 * (self.G @ self.w - self.c) - at.b - at.v
+        first = 2 * (self.H @ self.w - self.c) - at.b - at.v
         if not at.rho.size:
             return first, at.b
         return first, at.b / (2 * self.lambdas[0]) + self.w + np.tensordot(at.rho, at.Kb, 1)
@@ -160,7 +149,7 @@ class _Path:
     def infeasibility(self) -> Decimal:
         """Largest residual, relative to the size of its terms."""
         at, (first, second) = self.at, self._residuals()
-        size = 2 * np.abs(self.G) @ np.abs(self.w) + 2 * np.abs(self.c) + np.abs(at.b) + np.abs(at.v)
+        size = 2 * np.abs(self.H) @ np.abs(self.w) + 2 * np.abs(self.c) + np.abs(at.b) + np.abs(at.v)
         worst = [abs(r) / s for r, s in zip(first, size, strict=True) if s]
         if at.rho.size:
             terms = np.abs(at.b) / (2 * self.lambdas[0]) + np.abs(self.w)
@@ -186,7 +175,7 @@ class _Path:
         at, (first, second), n = self.at, self._residuals(), self.at.v.size
         (up, down), (slack_up, slack_down) = at.y, self._view_slacks()
         zero, ones = _filled(n, Decimal(0)), _filled(n, Decimal(1))
-        A, rhs = 2 * self.G, np.array([-first, zero], dtype=object)
+        A, rhs = 2 * self.H, np.array([-first, zero], dtype=object)
         theta, shift = zero, np.array([zero, zero], dtype=object)
         if self.lambdas[1]:
             theta = down / slack_down + up / slack_up

@@ -96,10 +96,9 @@ def iterates(
     UnresolvedError
         4096 bits do not tell.
     """
-    data = ExactProblem.of(problem)
-    systems = Systems(data)
+    systems = Systems(problem)
     first = systems.start() if origin is None else (_numbers(origin[0]), _numbers(origin[1]))
-    return _with_bits(lambda: _run(data, systems, update, first, count))
+    return _with_bits(lambda: _run(systems, update, first, count))
 
 
 def rise_confirmed(
@@ -126,15 +125,14 @@ def rise_confirmed(
     UnresolvedError
         4096 bits do not tell the update itself.
     """
-    data = ExactProblem.of(problem)
-    systems, point = Systems(data), (_numbers(w), _numbers(u))
+    systems, point = Systems(problem), (_numbers(w), _numbers(u))
     after: Enclosure | None = None
     for bits in PRECISIONS:
         with precision(bits):
             try:
-                before = objective(data, *point, bits=bits)
+                before = objective(systems.problem, *point, bits=bits)
                 new = systems.step(update, *point, balls=bits == PRECISIONS[0])
-                after = objective(data, *new, bits=bits)
+                after = objective(systems.problem, *new, bits=bits)
             except SingularStepError:
                 return Rise(False, before, None)
             except UnresolvedError:
@@ -164,11 +162,9 @@ def image(
         return _enclosures(new_w), _enclosures(new_u), objective(problem, *point)
 
 
-def _run(
-    data: ExactProblem, systems: Systems, update: Update, first: tuple[Numbers, Numbers], count: int
-) -> tuple[Iterate, ...]:
+def _run(systems: Systems, update: Update, first: tuple[Numbers, Numbers], count: int) -> tuple[Iterate, ...]:
     w, u = first
-    found = [_iterate(data, w, u)]
+    found = [_iterate(systems.problem, w, u)]
     for _ in range(count):
         try:
             w, u = systems.step(update, w, u)
@@ -176,16 +172,16 @@ def _run(
             break
         if any(_bits(x) > LONGEST for x in (*w, *u)):
             w, u = _shortened(w), _shortened(u)
-        found.append(_iterate(data, w, u))
+        found.append(_iterate(systems.problem, w, u))
     return tuple(found)
 
 
-def _iterate(data: ExactProblem, w: Numbers, u: Numbers) -> Iterate:
-    return Iterate(_enclosures(w), _enclosures(u), objective(data, w, u, bits=PRECISIONS[0]))
+def _iterate(problem: ExactProblem, w: Numbers, u: Numbers) -> Iterate:
+    return Iterate(_enclosures(w), _enclosures(u), objective(problem, w, u, bits=PRECISIONS[0]))
 
 
 def _bits(x: Any) -> int:
-    return max(int(x.numer()).bit_length(), int(x.denom()).bit_length()) if isinstance(x, fmpq) else 0
+    return int(x.height_bits()) if isinstance(x, fmpq) else 0
 
 
 def _shortened(values: Numbers) -> Numbers:

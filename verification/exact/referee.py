@@ -4,15 +4,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-from flint import fmpq_mat
 
 from convexperc.certificate.certificate import Certificate
 from convexperc.problem.problem import Problem
-from verification.exact.balls import exact
-from verification.exact.central_path import AGGRESSIVE, CONSERVATIVE, Central, Quadratic, follow
+from verification.exact.central_path import AGGRESSIVE, CONSERVATIVE, Central, follow
 from verification.exact.formulation import objective
-from verification.exact.numbers import Enclosure, Rationals, fractions, inner, objects, square_root, times
-from verification.exact.problem import ExactProblem
+from verification.exact.numbers import Enclosure, Rationals, inner, square_root, times, total
+from verification.exact.reduced import Reduced
 
 ATTEMPTS = (
     *((80, AGGRESSIVE), (80, CONSERVATIVE)),
@@ -59,36 +57,6 @@ class Optimum:
         return self.relative_width <= TIGHT
 
 
-@dataclass(frozen=True, eq=False)
-class Reduced:
-    """All that F* depends on, in n dimensions: G = X X', c = X o, ||o||^2 and K_i = X_i X_i', exactly.
-
-    Formula: u^i may be taken in the row space of X_i, so that u enters through X_i u^i and ||u^i|| alone.
-
-    Attributes
-    ----------
-    G : Fractions (n, n)
-    c : Fractions (n,)
-    target : Fraction
-    K : tuple of m Fractions (n, n)
-    """
-
-    G: Rationals
-    c: Rationals
-    target: Fraction
-    K: tuple[Rationals, ...]
-
-    @classmethod
-    def of(cls, problem: Problem) -> "Reduced":
-        """Multiply out."""
-        data = ExactProblem.of(problem)
-        X, o = np.array(data.rows, dtype=object), np.array(data.target, dtype=object)
-        blocks = [X[:, group] for group in data.groups]
-        K = tuple(fractions(B @ B.T, data.unit**2) for B in blocks)
-        c = fractions(X @ o, data.unit * data.target_unit)
-        return cls(sum(K[1:], K[0]), c, Fraction(o @ o, data.target_unit**2), K)
-
-
 def optimum(problem: Problem) -> Optimum:
     """Enclose F* by the referee's own method: exactly for least squares, else from an interior point.
 
@@ -102,130 +70,60 @@ def optimum(problem: Problem) -> Optimum:
         Its bounds hold whatever happened on the way; `relative_width` says how tight they are.
     """
     reduced = Reduced.of(problem)
-    lambda1, lambda2, lambda3 = (Fraction(x) for x in problem.lambdas)
-    if reduced.target == 0:
-        return _bounds(reduced, problem, _central(np.array([Fraction(0)] * problem.n)), None)
-    if lambda1 and lambda3:
-        quadratic = Quadratic(reduced.G, reduced.c, reduced.target, reduced.K, lambda1, lambda2, lambda3)
-        return _tightest(reduced, problem, quadratic, None)
-    P = _null_projector(reduced.G) if lambda1 else None
-    H = reduced.G if P is None else reduced.G + lambda1 * P
-    if lambda2 == 0:
-        return _bounds(reduced, problem, _central(_solve(reduced.G, reduced.c)), None)
-    return _tightest(
-        reduced, problem, Quadratic(H, reduced.c, reduced.target, (), lambda1, lambda2, lambda3), P
-    )
-
-
-def _tightest(reduced: Reduced, problem: Problem, quadratic: Quadratic, P: Rationals | None) -> Optimum:
-    best = _bounds(reduced, problem, _central(np.array([Fraction(0)] * problem.n)), P)
-    for digits, rule in ATTEMPTS:
+    if reduced.target and not reduced.coupled and reduced.lambda2 == 0:
+        return _bounds(reduced, Central(reduced.least_squares()))
+    best = _bounds(reduced, Central(reduced.zero))
+    for digits, rule in ATTEMPTS if reduced.target else ():
         if best.tight:
             break
-        found = _bounds(reduced, problem, follow(quadratic, digits, rule), P)
+        found = _bounds(reduced, follow(reduced, digits, rule))
         best = min(best, found, key=lambda each: each.value.width)
     return best
 
 
-def _central(w: Rationals) -> Central:
-    none = np.array([], dtype=object)
-    return Central(w, none, none)
-
-
-def _bounds(reduced: Reduced, problem: Problem, point: Central, P: Rationals | None) -> Optimum:
-    """Evaluate both sides exactly at one point.
-
-    The dual point is s (a, b) with a = 2(X'w - o); b is the point's own, X a where lambda2 = 0 (then
-    v = 0), -2 lambda1 P w where lambda3 = 0 (P projects on the null space of X'), or 0.
-    """
-    lambda1, lambda2, lambda3 = (Fraction(x) for x in problem.lambdas)
-    w, zero = point.w, np.array([Fraction(0)] * problem.n)
-    Gw = times(reduced.G, w)
-    Xa = 2 * (Gw - reduced.c)
-    pull = tuple(times(K, point.b) for K in reduced.K) if point.b.size else ()
-    upper = _primal(reduced, problem, point, (Gw, pull), P)
-    b = zero
-    if lambda1 and lambda3:
-        b = Xa if lambda2 == 0 else (point.b if point.b.size else zero)
-    elif lambda1 and P is not None:
-        b = -2 * lambda1 * times(P, w)
-    views = np.array([abs(x) for x in Xa - b], dtype=object)
-    norms = [square_root(inner(b, times(K, b))) for K in reduced.K] if lambda1 and lambda3 and any(b) else []
+def _bounds(reduced: Reduced, point: Central) -> Optimum:
+    """Evaluate both sides exactly at one point; the dual point is s (a, b) with a = 2(X'w - o)."""
+    w, Gw = point.w, times(reduced.G, point.w)
+    Xa, loss = 2 * (Gw - reduced.c), inner(w, Gw) - 2 * inner(reduced.c, w) + reduced.target
+    b = _dual(reduced, point, Xa)
+    views = np.abs(Xa - b)
+    norms = _norms(reduced, b) if reduced.coupled and any(b) else []
     linear = 2 * (reduced.target - inner(reduced.c, w))
-    square = (
-        inner(w, Gw)
-        - 2 * inner(reduced.c, w)
-        + reduced.target
-        + (inner(b, b) / (4 * lambda1) if lambda1 else 0)
-    )
-    limits = [lambda2 / x for x in views if x] + [lambda3 / x.upper for x in norms if x.upper]
+    square = loss + (inner(b, b) / (4 * reduced.lambda1) if reduced.lambda1 else 0)
+    limits = [reduced.lambda2 / x for x in views if x] + [reduced.lambda3 / x.upper for x in norms if x.upper]
     s = min([linear / (2 * square) if square else Fraction(1), *limits])
     lower = max(Fraction(0), s * linear - s * s * square) if s > 0 else Fraction(0)
     modalities = tuple(Enclosure(s * x.lower, s * x.upper) for x in norms)
-    return Optimum(Enclosure(lower, upper), w, s * views, modalities)
+    return Optimum(Enclosure(lower, _primal(reduced, point, loss)), w, s * views, modalities)
 
 
-def _primal(
-    reduced: Reduced,
-    problem: Problem,
-    point: Central,
-    products: tuple[Rationals, tuple[Rationals, ...]],
-    P: Rationals | None,
-) -> Fraction:
+def _dual(reduced: Reduced, point: Central, Xa: Rationals) -> Rationals:
+    """Return the b of the point, X a where lambda2 = 0, as v = 0, or -2 lambda1 P w where lambda3 = 0."""
+    if reduced.coupled:
+        return Xa if reduced.lambda2 == 0 else (point.b if point.b.size else reduced.zero)
+    return reduced.zero if reduced.P is None else -2 * reduced.lambda1 * times(reduced.P, point.w)
+
+
+def _norms(reduced: Reduced, b: Rationals) -> list[Enclosure]:
+    """||X_i'b|| of each modality."""
+    return [square_root(inner(b, times(K, b))) for K in reduced.K]
+
+
+def _primal(reduced: Reduced, point: Central, loss: Fraction) -> Fraction:
     """An upper bound of min_u F(w, u), exactly: u^i = -rho_i X_i'b, or Xu = w as far as it goes, or u = 0."""
-    lambda1, lambda2, lambda3 = (Fraction(x) for x in problem.lambdas)
-    w, (Gw, pull) = point.w, products
-    value = (
-        inner(w, Gw)
-        - 2 * inner(reduced.c, w)
-        + reduced.target
-        + lambda2 * sum((abs(x) for x in w), Fraction(0))
-    )
-    if not (lambda1 and lambda3):
-        return value + (lambda1 * inner(w, times(P, w)) if P is not None else 0)
-    Xu = np.array([Fraction(0)] * problem.n)
-    for rho, Kb in zip(point.rho, pull, strict=True) if pull else ():
-        Xu = Xu - rho * Kb
-        value += lambda3 * abs(rho) * square_root(inner(point.b, Kb)).upper
-    q = Xu - w
-    return min(value + lambda1 * inner(q, q), reduced.target)
-
-
-def _solve(G: Rationals, c: Rationals) -> Rationals:
-    """Return one w with G w = c exactly (c lies in the range of G)."""
-    form, pivots = _echelon(np.concatenate([G, c[:, None]], axis=1))
-    w = np.array([Fraction(0)] * len(c))
-    w[pivots] = form[: len(pivots), -1]
-    return w
-
-
-def _null_projector(G: Rationals) -> Rationals | None:
-    """Return the orthogonal projector on {b : G b = 0}, or None where that is {0}."""
-    form, pivots = _echelon(G)
-    free = [j for j in range(len(G)) if j not in pivots]
-    if not free:
-        return None
-    N = np.array([[Fraction(0)] * len(free) for _ in G])
-    N[free, range(len(free))] = Fraction(1)
-    N[pivots] = -form[: len(pivots), free]
-    basis = _matrix(N)
-    across = basis.transpose()
-    return _array(basis * (across * basis).solve(across))
-
-
-def _echelon(A: Rationals) -> tuple[Rationals, list[int]]:
-    """Reduced row echelon form over the rationals, and its pivot columns."""
-    form, rank = _matrix(A).rref()
-    work = _array(form)
-    return work, [int(np.flatnonzero(row)[0]) for row in work[:rank]]
-
-
-def _matrix(A: Rationals) -> fmpq_mat:
-    return fmpq_mat([[exact(x) for x in row] for row in A])
-
-
-def _array(A: fmpq_mat) -> Rationals:
-    return objects([Fraction(int(x.numer()), int(x.denom())) for x in A.entries()], (A.nrows(), A.ncols()))
+    value = loss + reduced.lambda2 * total(map(abs, point.w))
+    if not reduced.coupled:
+        return (
+            value
+            if reduced.P is None
+            else value + reduced.lambda1 * inner(point.w, times(reduced.P, point.w))
+        )
+    q = -point.w
+    if point.b.size:
+        for rho, K, norm in zip(point.rho, reduced.K, _norms(reduced, point.b), strict=True):
+            q = q - rho * times(K, point.b)
+            value += reduced.lambda3 * abs(rho) * norm.upper
+    return min(value + reduced.lambda1 * inner(q, q), reduced.target)
 
 
 def violations(

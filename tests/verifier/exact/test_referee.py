@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from convexperc.problem.problem import Problem
 from verification.exact.formulation import dual_objective, is_dual_feasible, objective
 from verification.exact.numbers import Enclosure, rationals, square_root
-from verification.exact.referee import Reduced, optimum
+from verification.exact.reduced import Reduced
+from verification.exact.referee import optimum
 from verification.problems.families import FAMILIES, seeded
 from verification.problems.strategies import problems
 
