@@ -22,7 +22,7 @@ from convexperc.errors import FileFormatError, InputError
 from verification import report
 from verification.__main__ import app
 from verification.experiments.record.contact_sheets import read_sheets, sheet_files
-from verification.experiments.record.reading import checked, read_experiments
+from verification.experiments.record.reading import PACKAGED, checked, packaged, read_experiments
 from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import PARTS, PROTOCOL
 from verification.ledger.evidence import Evidence, Verdict
@@ -30,7 +30,7 @@ from verification.ledger.rules import Rule
 from verification.ledger.surveys import Comparison, Survey, SurveyOutcome
 from verification.ledger.verdicts import judge_all, judge_part, judge_surveys, survey_verdict
 from verification.report.experiments.figures import spaced
-from verification.report.experiments.pages import experiment_files, publish
+from verification.report.experiments.pages import experiment_files, publish, publish_packaged
 from verification.report.experiments.sheets import BUDGET, contact_sheets
 from verification.report.write import files
 
@@ -281,9 +281,9 @@ def test_without_a_record_the_report_says_how_to_make_one():
 
 def test_figures_and_pages_are_the_same_each_time(found, pages):
     assert experiment_files(replace(found, sheets={"2-case": b"\xff\xd8 no picture"})) == pages
-    figures = {name: data.decode() for name, data in pages.items() if name.startswith("figures/")}
-    assert len(figures) == 16, list(figures)
-    for name, svg in figures.items():
+    drawings = {name: data.decode() for name, data in pages.items() if name.startswith("figures/")}
+    assert len(drawings) == 16, list(drawings)
+    for name, svg in drawings.items():
         root = ElementTree.fromstring(svg)
         assert len(root.get("aria-label")) > 80, name
         assert len(svg) < 40_000, (name, len(svg))
@@ -292,15 +292,30 @@ def test_figures_and_pages_are_the_same_each_time(found, pages):
     assert page.open == []
     assert len(page.ids) == len(set(page.ids))
     shown = re.findall(r"\]\(([^)]*)\)", pages["experiments.md"].decode())
-    assert sorted(shown) == sorted([*figures, "sheets/2-case.jpg"])
+    assert sorted(shown) == sorted([*drawings, "sheets/2-case.jpg"])
 
 
-def test_the_pages_of_a_full_record_keep_their_budget():
-    full = checked(experiments_record(128, columns=1814), "experiments.json")
+def test_the_committed_pages_are_what_the_packaged_record_gives(tmp_path):
+    folder = Path(__file__).parents[3] / "reports" / "experiments"
+    assert publish_packaged(tmp_path / "pages")
+    made = {path.relative_to(tmp_path / "pages") for path in (tmp_path / "pages").rglob("*.*")}
+    sheets = {name for name in made if name.parent.name == "sheets"}
+    assert {name.name for name in sheets} == {path.name for path in (PACKAGED.parent / "sheets").iterdir()}
+    assert made - sheets == {path.relative_to(folder) for path in folder.rglob("*.*")}, "no second copy"
+    remedy = "python -m verification experiments-pages"
+    for name in made - sheets:
+        text = (tmp_path / "pages" / name).read_text(encoding="utf-8")
+        kept = text.replace("](sheets/", "](../../verification/experiments/record/sheets/")
+        assert (folder / name).read_text(encoding="utf-8") == kept, (name, remedy)
+    assert (folder / "experiments.html").stat().st_size < 700_000
+
+
+def test_the_report_with_the_packaged_record_keeps_its_budget():
+    full = packaged()
     made = evidence(surveys=list(full.surveys))
-    with_sheets = replace(full, sheets={"2-case": bytes(BUDGET)})
-    assert len(rendered(with_sheets, made)["report.html"]) < 1_000_000
-    assert len(experiment_files(with_sheets)["experiments.html"]) < 700_000
+    assert len(full.content["sets"][0]["readings"]) == 128
+    assert 0 < sum(map(len, full.sheets.values())) <= BUDGET
+    assert len(rendered(full, made)["report.html"]) < 1_000_000
 
 
 def test_hostile_names_stay_text(record):
