@@ -22,6 +22,7 @@ from typing import (
 
 from convexperc.files import json_bytes, write_atomic
 from verification.counterexamples.fields import KINDS, WITHOUT_PROBLEM, RecordData
+from verification.experiments.record.contents import ExperimentsData
 from verification.report.contents import Report
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -80,9 +81,16 @@ def counterexample_schema() -> dict[str, Any]:
     return found
 
 
+def experiments_schema() -> dict[str, Any]:
+    """Of experiments.json."""
+    title = "What `python -m verification experiments` writes"
+    return json_schema(ExperimentsData, "urn:convexperc:experiments:1", title)
+
+
 COMMITTED: dict[Path, Callable[[], dict[str, Any]]] = {
     HERE / "report" / "report.schema.json": report_schema,
     HERE / "counterexamples" / "counterexample.schema.json": counterexample_schema,
+    HERE / "experiments" / "record" / "record.schema.json": experiments_schema,
 }
 
 

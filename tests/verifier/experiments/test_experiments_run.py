@@ -17,6 +17,7 @@ from convexperc.features import extract
 from verification.__main__ import app
 from verification.experiments.design import Design
 from verification.experiments.measure.configurations import first, fraction
+from verification.experiments.measure.evaluation import Task
 from verification.experiments.measure.features import Store, blocks
 from verification.experiments.measure.rankings import rankings
 from verification.experiments.record.collection import Collection
@@ -24,6 +25,7 @@ from verification.experiments.record.record import SCHEMA
 from verification.experiments.record.run import run
 from verification.experiments.scenes.pictures import PictureSet
 from verification.provenance import record_digest
+from verification.report.schema import experiments_schema
 
 DESIGN = Design(seed=0, repetitions=1, resamples=200)
 CONFIGURATIONS = first(2)
@@ -55,11 +57,36 @@ def unbroken(cache: Path, journal: Path) -> dict[str, Any]:
 
 def test_the_record_follows_its_schema(unbroken: Mapping[str, Any]) -> None:
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
+    assert schema == experiments_schema(), 'python -c "from verification.report.schema import write; write()"'
     plain = json.loads(json.dumps(unbroken))
     jsonschema.Draft202012Validator(schema).validate(plain)
     assert record_digest(plain) == plain["digest"]
     plain["sets"][0]["readings"][0]["accuracy"][0][0] += 0.1
     assert record_digest(plain) != plain["digest"]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda r: r["sets"][0]["readings"][0]["accuracy"].pop(),
+        lambda r: r["sets"][0]["readings"][1]["accuracy"][0].append(0.5),
+        lambda r: r["sets"][0]["readings"][0]["claims"].pop("X8/ten"),
+        lambda r: r["sets"][0]["readings"][0]["claims"]["X8/ten"].update(outcome="open"),
+        lambda r: r["sets"][0]["readings"][0]["claims"]["X8/ten"].update(lower="inf"),
+        lambda r: r["sets"][0]["claims"]["X1/stated"]["factors"]["hog"].update({"8-pixel cells": [1, 2]}),
+        lambda r: r["sets"][0]["default"]["grid"][0][0].update(score=1.5),
+        lambda r: r["sets"][0]["default"].update(more=1),
+        lambda r: r["sets"][0]["rankings"][0].pop("proved zero"),
+        lambda r: r["sets"][0]["limits"]["accuracy"].pop("lbp"),
+        lambda r: r["sets"][0].update(name="drawings"),
+        lambda r: r["design"]["settings"].pop(),
+        lambda r: r.update(digest="0"),
+    ],
+)
+def test_the_schema_refuses_what_is_no_record(unbroken: Mapping[str, Any], change: Any) -> None:
+    plain = json.loads(json.dumps(unbroken))
+    change(plain)
+    assert not jsonschema.Draft202012Validator(experiments_schema()).is_valid(plain)
 
 
 def test_what_is_easy_is_recognised(unbroken: Mapping[str, Any]) -> None:
@@ -78,7 +105,27 @@ def test_the_outcome_does_not_depend_on_the_workers(
     assert go(cache, tmp_path, workers=2)["digest"] == unbroken["digest"]
 
 
-def test_a_broken_run_goes_on_where_it_was(unbroken: Mapping[str, Any], cache: Path, tmp_path: Path) -> None:
+@pytest.fixture
+def asked(unbroken: Mapping[str, Any], journal: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of the tasks that are done, each at once: what it finds was found by the unbroken run."""
+    (place,) = journal.rglob("*.jsonl")
+    lines = place.read_text(encoding="utf-8").splitlines()
+    entries = [json.loads(line[line.index("{") :]) for line in lines[1:]]
+    known = {each["name"]: each["entry"] for each in entries}
+    assert len(known) == 2, "the journal of the unbroken run"
+    done: list[str] = []
+
+    def evaluate(task: Task) -> dict[str, Any]:
+        done.append(task.name)
+        return known[task.name]
+
+    monkeypatch.setattr("verification.experiments.record.run.evaluate", evaluate)
+    return done
+
+
+def test_a_broken_run_goes_on_where_it_was(
+    unbroken: Mapping[str, Any], asked: list[str], cache: Path, tmp_path: Path
+) -> None:
     def breaks(stage: str, done: int, total: int) -> None:
         if (stage, done) == ("configurations", 1):
             raise KeyboardInterrupt
@@ -87,16 +134,17 @@ def test_a_broken_run_goes_on_where_it_was(unbroken: Mapping[str, Any], cache: P
         go(cache, tmp_path, progress=breaks)
     (kept,) = tmp_path.rglob("*.jsonl")
     before = kept.read_bytes()
-    assert len(before.splitlines()) == 2, "the head and one reading"
+    assert len(before.splitlines()) == 2, "the head and one configuration"
     seen = []
     found = go(cache, tmp_path, progress=lambda *each: seen.append(each))
     assert ("configurations", 1, 2) in seen
-    assert kept.read_bytes().startswith(before), "what was finished was done again"
+    assert asked == ["simulation-r000", "simulation-r001"], "what was finished was done again"
+    assert kept.read_bytes().startswith(before)
     assert found["digest"] == unbroken["digest"]
 
 
 def test_a_damaged_journal_is_not_believed(
-    unbroken: Mapping[str, Any], cache: Path, journal: Path, tmp_path: Path
+    unbroken: Mapping[str, Any], asked: list[str], cache: Path, journal: Path, tmp_path: Path
 ) -> None:
     copied = copytree(journal, tmp_path / "journal")
     (place,) = copied.rglob("*.jsonl")
@@ -105,6 +153,7 @@ def test_a_damaged_journal_is_not_believed(
     assert changed != first
     place.write_text("\n".join([head, changed, second[:-20]]))
     assert go(cache, copied)["digest"] == unbroken["digest"]
+    assert sorted(asked) == ["simulation-r000", "simulation-r001"], "a damaged line was believed"
 
 
 def changed(given: PictureSet) -> PictureSet:
@@ -118,12 +167,15 @@ def changed(given: PictureSet) -> PictureSet:
     return PictureSet.of(given.layout.name, references, scenes, given.source)
 
 
-def test_one_pixel_changes_the_digests(unbroken: Mapping[str, Any], cache: Path, tmp_path: Path) -> None:
+def test_one_pixel_changes_the_digest_and_no_features_are_taken_over(
+    unbroken: Mapping[str, Any], cache: Path
+) -> None:
     given = collection()
     other = replace(given, study=changed(given.study))
-    assert other.digest != given.digest
-    found = go(cache, tmp_path, other, configurations=first(1))
-    assert found["sets"][0]["digest"] != unbroken["sets"][0]["digest"]
+    assert unbroken["sets"][0]["digest"] == given.as_json()["digest"] != other.as_json()["digest"]
+    block = blocks(CONFIGURATIONS[0])[0]
+    assert Store.of(cache, given.study).known(block)
+    assert not Store.of(cache, other.study).known(block)
 
 
 def test_with_shuffled_labels_nothing_is_recognised(cache: Path, tmp_path: Path) -> None:
@@ -150,7 +202,7 @@ def test_with_shuffled_labels_nothing_is_recognised(cache: Path, tmp_path: Path)
     assert configuration["claims"]["X2/stated"]["outcome"] == "refuted"
 
 
-def test_features_are_those_of_the_library(cache: Path, tmp_path: Path) -> None:
+def test_features_are_those_of_the_library(unbroken: Mapping[str, Any], cache: Path, tmp_path: Path) -> None:
     pictures = collection().physical
     store = Store.of(cache, pictures)
     for configuration in CONFIGURATIONS:

@@ -13,7 +13,7 @@ import cv2
 import jsonschema
 import numpy as np
 import pytest
-from made_up import evidence, verdicts
+from made_up import evidence, judged
 from made_up_experiments import PARTS_X, experiments_record, sealed, written
 from test_report import EVIL, Page
 from typer.testing import CliRunner
@@ -22,7 +22,7 @@ from convexperc.errors import FileFormatError, InputError
 from verification import report
 from verification.__main__ import app
 from verification.experiments.record.contact_sheets import read_sheets, sheet_files
-from verification.experiments.record.reading import checked, read_experiments
+from verification.experiments.record.reading import PACKAGED, checked, packaged, read_experiments
 from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import PARTS, PROTOCOL
 from verification.ledger.evidence import Evidence, Verdict
@@ -157,6 +157,18 @@ DAMAGE = {
     ),
     "an outcome against its bounds": (_flip, "must follow from its bounds"),
     "a count": (lambda r: r["sets"][0]["claims"]["X1/stated"].update(holds=3), "counts of X1/stated"),
+    "a count by level": (
+        lambda r: r["sets"][0]["claims"]["X1/stated"]["factors"]["hog"].update({"8-pixel cells": [1, 1, 1]}),
+        "counts by level of X1/stated on simulation",
+    ),
+    "counts by another factor": (
+        lambda r: r["sets"][0]["claims"]["X2/stated"]["factors"].pop("lbp"),
+        "counts by level of X2/stated on simulation",
+    ),
+    "an outcome without bounds": (
+        lambda r: r["sets"][0]["readings"][0]["claims"]["X7/hog"].update(lower=None),
+        "bounds of X7/hog on simulation",
+    ),
     "a verdict": (
         lambda r: r["sets"][0]["claims"]["X1/stated"].update(verdict="refuted"),
         "verdict of X1/stated on simulation",
@@ -235,9 +247,8 @@ def test_surveys_come_back(found):
         survey(0, 0, 0)
 
 
-def rendered(stored, made=None):
-    made = made or evidence(surveys=list(stored.surveys))
-    return files(made, judge_all(made), verdicts(made), {}, stored)
+def rendered(stored):
+    return files(judged(evidence(surveys=list(stored.surveys))), {}, stored)
 
 
 def test_the_report_shows_the_record_and_says_that_it_did_not_find_it(found):
@@ -272,18 +283,16 @@ def test_the_report_shows_the_record_and_says_that_it_did_not_find_it(found):
 
 
 def test_without_a_record_the_report_says_how_to_make_one():
-    made = evidence(surveys=[])
-    content = files(made, judge_all(made), verdicts(made), {})
+    content = files(judged(evidence(surveys=[])), {})
     for name in ("report.html", "report.md"):
         assert "python -m verification experiments" in content[name].decode(), name
     assert json.loads(content["report.json"])["experiments"] is None
 
 
-def test_figures_and_pages_are_the_same_each_time(found, pages):
-    assert experiment_files(replace(found, sheets={"2-case": b"\xff\xd8 no picture"})) == pages
-    figures = {name: data.decode() for name, data in pages.items() if name.startswith("figures/")}
-    assert len(figures) == 16, list(figures)
-    for name, svg in figures.items():
+def test_figures_are_small_and_tell_what_they_show_and_pages_are_whole(pages):
+    drawings = {name: data.decode() for name, data in pages.items() if name.startswith("figures/")}
+    assert len(drawings) == 16, list(drawings)
+    for name, svg in drawings.items():
         root = ElementTree.fromstring(svg)
         assert len(root.get("aria-label")) > 80, name
         assert len(svg) < 40_000, (name, len(svg))
@@ -292,15 +301,30 @@ def test_figures_and_pages_are_the_same_each_time(found, pages):
     assert page.open == []
     assert len(page.ids) == len(set(page.ids))
     shown = re.findall(r"\]\(([^)]*)\)", pages["experiments.md"].decode())
-    assert sorted(shown) == sorted([*figures, "sheets/2-case.jpg"])
+    assert sorted(shown) == sorted([*drawings, "sheets/2-case.jpg"])
 
 
-def test_the_pages_of_a_full_record_keep_their_budget():
-    full = checked(experiments_record(128, columns=1814), "experiments.json")
-    made = evidence(surveys=list(full.surveys))
-    with_sheets = replace(full, sheets={"2-case": bytes(BUDGET)})
-    assert len(rendered(with_sheets, made)["report.html"]) < 1_000_000
-    assert len(experiment_files(with_sheets)["experiments.html"]) < 700_000
+def test_the_committed_pages_are_what_the_packaged_record_gives(tmp_path):
+    folder = Path(__file__).parents[3] / "reports" / "experiments"
+    result = RUNNER.invoke(app, ["experiments-pages", "--out", str(tmp_path / "pages")])
+    assert result.exit_code == 0, (result.output, result.exception)
+    made = {path.relative_to(tmp_path / "pages") for path in (tmp_path / "pages").rglob("*.*")}
+    sheets = {name for name in made if name.parent.name == "sheets"}
+    assert {name.name for name in sheets} == {path.name for path in (PACKAGED.parent / "sheets").iterdir()}
+    assert made - sheets == {path.relative_to(folder) for path in folder.rglob("*.*")}, "no second copy"
+    remedy = "python -m verification experiments-pages"
+    for name in made - sheets:
+        text = (tmp_path / "pages" / name).read_text(encoding="utf-8")
+        kept = text.replace("](sheets/", "](../../verification/experiments/record/sheets/")
+        assert (folder / name).read_text(encoding="utf-8") == kept, (name, remedy)
+    assert (folder / "experiments.html").stat().st_size < 700_000
+
+
+def test_the_packaged_record_is_whole():
+    full = packaged()
+    assert [len(each["readings"]) for each in full.content["sets"]] == [128, 128]
+    assert {survey.part for survey in full.surveys} == set(PARTS_X)
+    assert 0 < sum(map(len, full.sheets.values())) <= BUDGET
 
 
 def test_hostile_names_stay_text(record):

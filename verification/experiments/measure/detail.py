@@ -9,6 +9,15 @@ from verification.experiments.design import SETTINGS, Design
 from verification.experiments.measure.baselines import BASELINES
 from verification.experiments.measure.bootstrap import intervals
 from verification.experiments.measure.claims import Measured
+from verification.experiments.measure.contents import (
+    Case,
+    Cell,
+    CountedCell,
+    Detail,
+    Rank,
+    Scored,
+    StudyScene,
+)
 from verification.experiments.measure.features import MODALITIES
 from verification.experiments.measure.numbers import rounded
 from verification.experiments.measure.trials import KINDS, Known, Tried
@@ -24,7 +33,7 @@ SHOWN = 3
 """Scenes of the case study that are shown, each of another object."""
 
 
-def detail(measured: Measured, explained: Tried, baselines: Floats, known: Known) -> dict[str, Any]:
+def detail(measured: Measured, explained: Tried, baselines: Floats, known: Known) -> Detail:
     """Plain JSON values of the record's "default".
 
     Parameters
@@ -36,6 +45,7 @@ def detail(measured: Measured, explained: Tried, baselines: Floats, known: Known
     known : Known
     """
     counts = range(len(measured.design.counts))
+    side = range(measured.trials.grid.scores.shape[1])
     return {
         "accuracy": _all_counted(measured.trials.settings, measured.design),
         "explained": _all_counted(explained, measured.design),
@@ -43,7 +53,7 @@ def detail(measured: Measured, explained: Tried, baselines: Floats, known: Known
             name: [_scored(baselines[:, b, k].mean(axis=1), measured.design) for k in counts]
             for b, name in enumerate(BASELINES)
         },
-        "grid": [[_cell(measured.trials.grid, i, j) for j in _side(measured)] for i in _side(measured)],
+        "grid": [[_cell(measured.trials.grid, (slice(None), i, j)) for j in side] for i in side],
         "by_level": _by(measured, [scene.level for scene in measured.layout.scenes]),
         "by_object": _by(measured, [scene.object for scene in measured.layout.scenes]),
         "information": _information(measured),
@@ -54,34 +64,26 @@ def detail(measured: Measured, explained: Tried, baselines: Floats, known: Known
     }
 
 
-def _side(measured: Measured) -> range:
-    return range(measured.trials.grid.scores.shape[1])
-
-
-def _scored(scores: Floats, design: Design) -> dict[str, Any]:
+def _scored(scores: Floats, design: Design) -> Scored:
     """Mean of one score a scene, with an interval for this mean alone."""
-    found = intervals(scores[:, None], design)
-    names = zip(("score", "lower", "upper"), found, strict=True)
-    return {name: rounded(value[0]) for name, value in names}
+    mean, lower, upper = (rounded(each[0]) for each in intervals(scores[:, None], design))
+    return {"score": mean, "lower": lower, "upper": upper}
 
 
-def _kinds(tried: Tried, chosen: Any) -> dict[str, int]:
-    return {name: int((tried.kinds[chosen] == kind).sum()) for kind, name in enumerate(KINDS)}
-
-
-def _all_counted(tried: Tried, design: Design) -> list[list[dict[str, Any]]]:
+def _all_counted(tried: Tried, design: Design) -> list[list[CountedCell]]:
     """Of each setting and number of views."""
     counts, settings = range(len(design.counts)), range(len(SETTINGS))
     return [[_counted(tried, (slice(None), s, k), design) for k in counts] for s in settings]
 
 
-def _counted(tried: Tried, chosen: Any, design: Design) -> dict[str, Any]:
-    return _kinds(tried, chosen) | _scored(tried.scores[chosen].mean(axis=1), design)
+def _counted(tried: Tried, chosen: Any, design: Design) -> CountedCell:
+    return {**_cell(tried, chosen), **_scored(tried.scores[chosen].mean(axis=1), design)}
 
 
-def _cell(tried: Tried, i: int, j: int) -> dict[str, Any]:
-    chosen = (slice(None), i, j)
-    return _kinds(tried, chosen) | {"score": rounded(tried.scores[chosen].mean())}
+def _cell(tried: Tried, chosen: Any) -> Cell:
+    right, wrong, tie, undecided = (int((tried.kinds[chosen] == kind).sum()) for kind in range(len(KINDS)))
+    score = rounded(tried.scores[chosen].mean())
+    return {"right": right, "wrong": wrong, "tie": tie, "undecided": undecided, "score": score}
 
 
 def _by(measured: Measured, groups: list[str]) -> dict[str, list[float]]:
@@ -90,7 +92,7 @@ def _by(measured: Measured, groups: list[str]) -> dict[str, list[float]]:
     return {name: rounded(all_views[np.array(groups) == name].mean(axis=0)) for name in dict.fromkeys(groups)}
 
 
-def _information(measured: Measured) -> list[dict[str, Any]]:
+def _information(measured: Measured) -> list[Rank]:
     """Bits of the view of each rank."""
     pairs = zip(measured.weights.w, measured.information, strict=True)
     ranked = np.array([by_rank(w, bits) for w, bits in pairs])
@@ -121,28 +123,29 @@ def _modalities(measured: Measured) -> dict[str, float]:
     return dict(zip(MODALITIES, rounded(means), strict=True))
 
 
-def _case(measured: Measured, known: Known) -> dict[str, Any]:
+def _case(measured: Measured, known: Known) -> Case:
     """One scene with all its weights."""
     number = int(np.argmax(measured.studied()))
     scene = measured.layout.scenes[number]
-    found = {
+    found: Case = {
         "scene": scene.name,
         "object": scene.object,
         "views": [view.name for view in scene.views],
         "obstruction": [view.obstruction for view in scene.views],
-        "visible_share": [view.visible_share for view in scene.views],
-        "w": measured.weights.w[number],
+        "visible_share": rounded([view.visible_share for view in scene.views]),
+        "w": rounded(measured.weights.w[number]),
         "modality_sizes": known.sizes,
-        "modality_norms": measured.weights.norms[number],
+        "modality_norms": rounded(measured.weights.norms[number]),
     }
     u = measured.weights.u[0]
-    kept = {"u": rounded(u, U_DIGITS)} if len(u) <= LONGEST_U else {}
-    return {name: rounded(value) for name, value in found.items()} | kept
+    if len(u) <= LONGEST_U:
+        found["u"] = rounded(u, U_DIGITS)
+    return found
 
 
-def _case_study(measured: Measured) -> list[dict[str, Any]]:
+def _case_study(measured: Measured) -> list[StudyScene]:
     """The first scene of each of the first objects."""
-    shown: dict[str, dict[str, Any]] = {}
+    shown: dict[str, StudyScene] = {}
     for scene, w in zip(measured.study.scenes, measured.study_weights.w, strict=True):
         if scene.object not in shown and len(shown) < SHOWN:
             shown[scene.object] = {

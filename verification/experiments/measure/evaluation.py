@@ -10,6 +10,7 @@ from verification.experiments.design import Design
 from verification.experiments.measure.baselines import BASELINES, run_baselines
 from verification.experiments.measure.claims import CLAIMS, Measured
 from verification.experiments.measure.configurations import Configuration, first
+from verification.experiments.measure.contents import Entry
 from verification.experiments.measure.detail import detail
 from verification.experiments.measure.features import Store, bits_name
 from verification.experiments.measure.limits import limits
@@ -97,7 +98,7 @@ def evaluate(task: Task) -> dict[str, Any]:
         weigh(task.study.layout, views, references),
     )
     baselines = run_baselines(layout, X, known, design)
-    found = {
+    found: dict[str, Any] = {
         "reading": recorded(measured, configuration, baselines),
         "limits": limits(measured, known, score_explained(layout, X, known)),
     }
@@ -106,7 +107,7 @@ def evaluate(task: Task) -> dict[str, Any]:
     return found
 
 
-def recorded(measured: Measured, configuration: Configuration, baselines: Floats) -> dict[str, Any]:
+def recorded(measured: Measured, configuration: Configuration, baselines: Floats) -> Entry:
     """The record's entry of one configuration."""
     judged = {part: judge(claim(measured), rule_of(part), measured.design) for part, claim in CLAIMS.items()}
     settings = measured.trials.settings

@@ -8,12 +8,11 @@ import numpy as np
 from verification.experiments.design import BOTH, SETTINGS
 from verification.experiments.measure.claims import Measured
 from verification.experiments.measure.configurations import FACTORS
+from verification.experiments.measure.contents import Confusion, Entry, Limits, Shortest
 from verification.experiments.measure.multiverse import level_name
 from verification.experiments.measure.numbers import rounded
 from verification.experiments.measure.trials import WRONG, Known
 from verification.experiments.measure.weights import followed
-
-Entry = Mapping[str, Any]
 
 
 def limits(measured: Measured, known: Known, explained: float) -> dict[str, Any]:
@@ -48,7 +47,7 @@ def limits(measured: Measured, known: Known, explained: float) -> dict[str, Any]
     }
 
 
-def _confusion(measured: Measured) -> dict[str, Any]:
+def _confusion(measured: Measured) -> Confusion:
     """Rows: the object; columns: the label; what is open is counted apart."""
     layout = measured.layout
     labels = measured.trials.settings.labels[:, SETTINGS.index(BOTH), -1, 0]
@@ -60,7 +59,7 @@ def _confusion(measured: Measured) -> dict[str, Any]:
     return {"objects": list(layout.objects), "counts": counts.tolist(), "open": missing.tolist()}
 
 
-def summary(configurations: Sequence[Entry], found: Sequence[Entry]) -> dict[str, Any]:
+def summary(configurations: Sequence[Entry], found: Sequence[Mapping[str, Any]]) -> Limits:
     """What all configurations together say.
 
     Parameters
@@ -71,6 +70,8 @@ def summary(configurations: Sequence[Entry], found: Sequence[Entry]) -> dict[str
         What `limits` gave for each.
     """
     both = SETTINGS.index(BOTH)
+    accuracy = [float(np.mean(each["accuracy"][both])) for each in configurations]
+    open_ = [float(np.mean(each["open"][both])) for each in configurations]
     return {
         "shortest": _shortest(configurations, found, both),
         "objective": _by_level(
@@ -79,14 +80,8 @@ def summary(configurations: Sequence[Entry], found: Sequence[Entry]) -> dict[str
         "explained": _by_level("normalisation", configurations, lambda k: found[k]["explained"]),
         "visible": _by_level("lambda1", configurations, lambda k: found[k]["visible"])
         | {"default": found[0]["visible"]},
-        "accuracy": {
-            factor: _by_level(factor, configurations, lambda k: np.mean(configurations[k]["accuracy"][both]))
-            for factor in FACTORS
-        },
-        "open": {
-            factor: _by_level(factor, configurations, lambda k: np.mean(configurations[k]["open"][both]))
-            for factor in FACTORS
-        },
+        "accuracy": {each: _by_level(each, configurations, accuracy.__getitem__) for each in FACTORS},
+        "open": {each: _by_level(each, configurations, open_.__getitem__) for each in FACTORS},
         "settings": rounded(np.mean([each["accuracy"] for each in configurations], axis=(0, 2))),
         "settings_open": rounded(np.mean([each["open"] for each in configurations], axis=(0, 2))),
         "grid": rounded(np.mean([each["grid"] for each in configurations], axis=0)),
@@ -96,15 +91,16 @@ def summary(configurations: Sequence[Entry], found: Sequence[Entry]) -> dict[str
 
 
 def _shortest(
-    configurations: Sequence[Entry], found: Sequence[Entry], setting: int
-) -> dict[str, dict[str, int]]:
+    configurations: Sequence[Entry], found: Sequence[Mapping[str, Any]], setting: int
+) -> dict[str, Shortest]:
     """Wrong labels where references differ in length, and those that are the shortest, by normalisation."""
-    counts: dict[str, dict[str, int]] = {}
+    counts: dict[str, Shortest] = {}
     for configuration, each in zip(configurations, found, strict=True):
         if each["shortest"] is not None:
-            kept = counts.setdefault(configuration["levels"]["normalisation"], {"wrong": 0, "shortest": 0})
-            for name in kept:
-                kept[name] += each[name][setting]
+            level = level_name(configuration["levels"]["normalisation"])
+            kept = counts.setdefault(level, {"wrong": 0, "shortest": 0})
+            kept["wrong"] += each["wrong"][setting]
+            kept["shortest"] += each["shortest"][setting]
     return counts
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from verification.experiments.measure.contents import Counts, Entry
 from verification.ledger.claims import PROTOCOL
 from verification.ledger.surveys import SurveyOutcome, Tally
 
@@ -11,7 +12,7 @@ Tallies = dict[str, dict[str, Tally]]
 
 
 def tallies(
-    entries: Sequence[Mapping[str, Any]],
+    entries: Sequence[Entry],
     outcomes: Sequence[SurveyOutcome],
     factors: Mapping[str, Sequence[Any]],
 ) -> Tallies:
@@ -39,9 +40,7 @@ def tallies(
     }
 
 
-def survey(
-    entries: Sequence[Mapping[str, Any]], part: str, factors: Mapping[str, Sequence[Any]]
-) -> dict[str, Any]:
+def survey(entries: Sequence[Entry], part: str, factors: Mapping[str, Sequence[Any]]) -> Counts:
     """The record's counts of a part of a claim, with the verdict of the ledger's rule."""
     outcomes = [SurveyOutcome(each["claims"][part]["outcome"]) for each in entries]
     counts = Tally.of(outcomes)
@@ -50,7 +49,9 @@ def survey(
         "verdict": PROTOCOL.verdict(counts).value,
         "readings": counts.total,
         "factors": {name: {level: list(n) for level, n in each.items()} for name, each in by_level.items()},
-        **counts._asdict(),
+        "holds": counts.holds,
+        "refuted": counts.refuted,
+        "inconclusive": counts.inconclusive,
     }
 
 

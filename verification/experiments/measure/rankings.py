@@ -1,12 +1,11 @@
 """What the weights of the views are worth at other lambdas than the paper's, by default features."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from verification.experiments.design import Pair
 from verification.experiments.measure.configurations import Configuration
+from verification.experiments.measure.contents import Ranking
 from verification.experiments.measure.evaluation import Part
 from verification.experiments.measure.numbers import rounded
 from verification.experiments.measure.weights import chance_that_best_are_good, followed, weigh
@@ -18,12 +17,12 @@ CHOICES: tuple[Pair, ...] = ((0.0, 0.0), (0.1, 0.1), (1.0, 0.1))
 """(lambda2, lambda3): least squares, the paper's, and the library's."""
 
 
-def rankings(physical: Part, study: Part, configuration: Configuration) -> list[dict[str, Any]]:
+def rankings(physical: Part, study: Part, configuration: Configuration) -> list[Ranking]:
     """Weigh every scene for its own object by each of `CHOICES`.
 
     Returns
     -------
-    list of dict
+    list of Ranking
         "lambdas"; "visible": mean Kendall's tau-b of |w| and the visible share; "full" and "proved zero":
         views that are hidden, and those of them that no optimum uses, by proof; "negative": share of the
         weights that are below 0; "three": mean over the case study of the chance that the three good views
@@ -31,7 +30,7 @@ def rankings(physical: Part, study: Part, configuration: Configuration) -> list[
     """
     X, known = physical.described(configuration)
     views, references = study.described(configuration)
-    found = []
+    found: list[Ranking] = []
     for pair in CHOICES:
         w = weigh(physical.layout, X, known, pair=pair).w
         ranked = weigh(study.layout, views, references, pair=pair).w

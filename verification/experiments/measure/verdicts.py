@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 from convexperc.errors import InputError
 from verification.experiments.design import Design
 from verification.experiments.measure.bootstrap import intervals
+from verification.experiments.measure.contents import Decided
 from verification.experiments.measure.numbers import rounded
 from verification.ledger.claims import PARTS
 from verification.ledger.rules import Rule
@@ -81,10 +81,10 @@ def judge(claim: Comparisons, rule: Rule, design: Design) -> Comparison:
     return Comparison(outcome, float(found.mean[k]), lower[k], upper[k], names[k], units, claim.left_out)
 
 
-def entry(found: Comparison, rule: Rule) -> dict[str, Any]:
+def entry(found: Comparison, rule: Rule) -> Decided:
     """The record's entry of a comparison that decides."""
     return {
-        "outcome": str(found.outcome),
+        "outcome": SurveyOutcome(found.outcome),
         "statistic": rounded(found.statistic),
         "lower": rounded(found.lower),
         "upper": rounded(found.upper),
@@ -95,7 +95,7 @@ def entry(found: Comparison, rule: Rule) -> dict[str, Any]:
     }
 
 
-def from_entry(data: Mapping[str, Any]) -> Comparison:
+def from_entry(data: Decided) -> Comparison:
     """Read back what `entry` wrote."""
-    kept = ("outcome", "statistic", "lower", "upper", "comparison", "units", "left_out")
-    return Comparison(*(data[name] for name in kept))
+    bounds = data["statistic"], data["lower"], data["upper"]
+    return Comparison(data["outcome"], *bounds, data["comparison"], data["units"], data["left_out"])

@@ -1,20 +1,16 @@
 """Two sets of pictures of one origin: one in which objects are recognised, one in which views are ranked."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from verification.experiments.measure.evaluation import Part
 from verification.experiments.measure.features import Store
+from verification.experiments.record.contents import PHOTOGRAPHS, Head
 from verification.experiments.scenes.folder import read_case_study, read_physical
 from verification.experiments.scenes.photos import draw_photographs
 from verification.experiments.scenes.pictures import PictureSet
 from verification.ledger.surveys import DECIDING
 from verification.provenance import digest
-
-PHOTOGRAPHS = "photographs"
-"""The set that stands beside the simulation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +48,7 @@ class Collection:
         first, second = (Part(each.layout, Store.of(cache, each)) for each in sets)
         return first, second
 
-    def as_json(self) -> Mapping[str, Any]:
+    def as_json(self) -> Head:
         """The record's head of the set."""
         scenes = self.physical.layout.scenes
         levels = [scene.level for scene in scenes]

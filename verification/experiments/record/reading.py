@@ -12,10 +12,11 @@ from typing import Any
 
 from convexperc.errors import FileFormatError
 from verification.experiments.measure.configurations import fraction
+from verification.experiments.measure.contents import Decided, Entry
 from verification.experiments.measure.multiverse import tallies
 from verification.experiments.measure.verdicts import from_entry, rule_of
-from verification.experiments.record.collection import PHOTOGRAPHS
 from verification.experiments.record.contact_sheets import read_sheets
+from verification.experiments.record.contents import PHOTOGRAPHS, ExperimentsData, SetData
 from verification.experiments.record.record import FORMAT
 from verification.ledger.claims import PROTOCOL
 from verification.ledger.rules import Rule
@@ -30,8 +31,6 @@ SHEETS = "sheets"
 SETS = (DECIDING, PHOTOGRAPHS)
 ROUNDING = 1e-5
 """Relative: the record's numbers have six digits, so that a bound at the line may lie on its other side."""
-
-Record = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +49,7 @@ class Experiments:
         Contact sheets, JPEG by name; see `verification.experiments.record.contact_sheets`.
     """
 
-    content: Record
+    content: Mapping[str, Any]
     surveys: tuple[Survey, ...]
     command: str
     sheets: Mapping[str, bytes] = field(default_factory=dict)
@@ -99,7 +98,7 @@ def packaged() -> Experiments | None:
     return read_experiments(PACKAGED) if PACKAGED.is_file() else None
 
 
-def checked(data: Record, name: str) -> Experiments:
+def checked(data: ExperimentsData, name: str) -> Experiments:
     """Check a record that was read from a file of this name; see `read_experiments`."""
     _equal(f"format of {name}", data["format"], FORMAT, f"Make the record anew by `{COMMAND}`.")
     remedy = f"The file was changed after it was written: make it again by `{COMMAND}`."
@@ -117,7 +116,7 @@ def checked(data: Record, name: str) -> Experiments:
     return Experiments(content, surveys, command)
 
 
-def _command(data: Record) -> str:
+def _command(data: ExperimentsData) -> str:
     """What makes the record again, as far as it does not depend on places of files."""
     words = [COMMAND]
     if data["design"]["seed"]:
@@ -130,7 +129,7 @@ def _command(data: Record) -> str:
     return " ".join(words)
 
 
-def _surveys(pictures: Record, data: Record, command: str) -> Iterator[Survey]:
+def _surveys(pictures: SetData, data: ExperimentsData, command: str) -> Iterator[Survey]:
     """Count each part again, and see that the record's own counts and verdicts are the same."""
     factors, entries = data["design"]["factors"], pictures["readings"]
     default = _default(pictures, factors)
@@ -153,10 +152,10 @@ def _surveys(pictures: Record, data: Record, command: str) -> Iterator[Survey]:
 RECOUNT = "The record must follow from its own configurations by the rules of the ledger: make it again."
 
 
-def _default(pictures: Record, factors: Record) -> Record:
+def _default(pictures: SetData, factors: Mapping[str, list[Any]]) -> Entry:
     """The library's own configuration: the first level of each factor."""
     first = {name: levels[0] for name, levels in factors.items()}
-    found: list[Record] = [each for each in pictures["readings"] if each["levels"] == first]
+    found = [each for each in pictures["readings"] if each["levels"] == first]
     ids = [each["id"] for each in pictures["readings"]]
     if len(found) != 1 or len(set(ids)) < len(ids):
         must = "must be there once, with the first level of each factor, and every id once"
@@ -169,14 +168,16 @@ def _default(pictures: Record, factors: Record) -> Record:
     return found[0]
 
 
-def _outcome(found: Record, rule: Rule, where: str) -> SurveyOutcome:
+def _outcome(found: Decided, rule: Rule, where: str) -> SurveyOutcome:
     """The outcome of a configuration, which must follow from its deciding comparison."""
     _equal(f"comparisons of {where}", found["comparisons"], rule.comparisons, "The ledger fixes it.")
     outcome = SurveyOutcome(found["outcome"])
     if found["units"] == 0:
         _equal(f"outcome of {where} without a scene", outcome, SurveyOutcome.INCONCLUSIVE, RECOUNT)
         return outcome
-    lower, upper = float(found["lower"]), float(found["upper"])
+    lower, upper = found["lower"], found["upper"]
+    if lower is None or upper is None:
+        raise FileFormatError(f"bounds of {where}", value=None, must="must be numbers", remedy=RECOUNT)
     line = rule.smallest_effect
     near = {rule.outcome(lower, upper)}
     if abs(upper - line) <= ROUNDING * line:

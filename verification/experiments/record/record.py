@@ -2,18 +2,20 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, cast
 
 from convexperc.files import json_bytes, write_atomic
 from verification.experiments.design import Design
 from verification.experiments.measure.claims import CLAIMS
 from verification.experiments.measure.configurations import FACTORS
+from verification.experiments.measure.contents import Entry, Ranking
 from verification.experiments.measure.limits import summary
 from verification.experiments.measure.multiverse import survey
 from verification.experiments.record.collection import Collection
-from verification.provenance import digest, machine, versions
+from verification.experiments.record.contents import ExperimentsData, Plan, SetData
+from verification.provenance import machine, record_digest, versions
 
-FORMAT = 1
+FORMAT: Literal[1] = 1
 NAME = "experiments.json"
 SCHEMA = Path(__file__).with_name("record.schema.json")
 
@@ -21,10 +23,10 @@ SCHEMA = Path(__file__).with_name("record.schema.json")
 def record(
     collections: Sequence[Collection],
     measured: Mapping[str, Sequence[Mapping[str, Any]]],
-    ranked: Mapping[str, Sequence[Mapping[str, Any]]],
+    ranked: Mapping[str, list[Ranking]],
     design: Design,
     volatile: Mapping[str, Any],
-) -> dict[str, Any]:
+) -> ExperimentsData:
     """Join everything.
 
     Parameters
@@ -39,13 +41,14 @@ def record(
         What may differ between two runs of the same seed; it is not part of the digest.
     """
     factors = {name: list(levels) for name, levels in FACTORS.items()}
-    data = {
+    found: ExperimentsData = {
         "format": FORMAT,
-        "design": design.as_json() | {"factors": factors},
+        "design": cast("Plan", design.as_json() | {"factors": factors}),
         "sets": [_set(each, measured[each.name], ranked[each.name]) for each in collections],
+        "digest": "",
+        "volatile": dict(volatile) | {"environment": {"machine": machine(), "versions": versions()}},
     }
-    environment = {"machine": machine(), "versions": versions()}
-    return data | {"digest": digest(data), "volatile": dict(volatile) | {"environment": environment}}
+    return {**found, "digest": record_digest(found)}
 
 
 def write_record(folder: Path, data: Mapping[str, Any]) -> Path:
@@ -55,16 +58,15 @@ def write_record(folder: Path, data: Mapping[str, Any]) -> Path:
     return place
 
 
-def _set(
-    collection: Collection, measured: Sequence[Mapping[str, Any]], ranked: Sequence[Mapping[str, Any]]
-) -> dict[str, Any]:
-    configurations = [each["reading"] for each in measured]
-    return dict(collection.as_json()) | {
-        "claims": {part: survey(configurations, part, FACTORS) for part in CLAIMS},
-        "readings": configurations,
+def _set(collection: Collection, measured: Sequence[Mapping[str, Any]], ranked: list[Ranking]) -> SetData:
+    entries: list[Entry] = [each["reading"] for each in measured]
+    return {
+        **collection.as_json(),
+        "claims": {part: survey(entries, part, FACTORS) for part in CLAIMS},
+        "readings": entries,
         "default": measured[0]["default"],
-        "rankings": list(ranked),
-        "limits": summary(configurations, [each["limits"] for each in measured]),
+        "rankings": ranked,
+        "limits": summary(entries, [each["limits"] for each in measured]),
     }
 
 

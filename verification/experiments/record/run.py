@@ -14,6 +14,7 @@ from verification.experiments.measure.evaluation import Task, evaluate
 from verification.experiments.measure.features import prepare
 from verification.experiments.measure.rankings import rankings
 from verification.experiments.record.collection import Collection
+from verification.experiments.record.contents import ExperimentsData
 from verification.experiments.record.record import record
 from verification.journal import Journal
 from verification.provenance import source_digest, versions
@@ -43,7 +44,7 @@ def run(
     journal: Path,
     workers: int,
     progress: Progress = lambda stage, done, total: None,
-) -> dict[str, Any]:
+) -> ExperimentsData:
     """Measure and judge every configuration of every collection.
 
     Parameters
@@ -62,8 +63,8 @@ def run(
 
     Returns
     -------
-    dict
-        The record, see `record`.
+    ExperimentsData
+        See `record`.
     """
     seconds: dict[str, float] = {}
     began = time.perf_counter()
