@@ -55,6 +55,7 @@ def _few_problems():
     """The fewest problems that a check may be tried on: these tests are about the commands."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setitem(PROFILES, "quick", replace(PROFILES["quick"], problems=1, shard=4))
+        patched.setattr(verification.search.engine, "HUNTED", 5)
         yield
 
 
@@ -271,7 +272,7 @@ def test_evidence_that_cannot_be_rendered_is_misuse(judged, changes, needed, tmp
     kept = findings(judged[0])
     kept["evidence"] |= {"volatile": {}} | changes
     if "series" in changes:
-        kept["evidence"]["settings"]["claims"] = []
+        kept["evidence"]["settings"]["claims"] = ["C1"]
     (tmp_path / "kept.json").write_text(json.dumps(kept), encoding="utf-8")
     result = expect(2, run("report", "--evidence", tmp_path / "kept.json", "--out", tmp_path / "new"))
     assert needed in squeezed(result.stderr), result.stderr
