@@ -20,7 +20,7 @@ from verification.journal import Journal
 from verification.ledger.claims import PARTS
 from verification.ledger.evidence import Count, Evidence, Outcome
 from verification.proofs.arguments import all_arguments
-from verification.provenance import machine, source_digest, versions
+from verification.provenance import machine, source_digest, stamp, versions
 from verification.run import series
 from verification.search.engine import Result, plan, search
 from verification.search.profiles import Profile
@@ -145,7 +145,11 @@ def _gathered(options: Options, settings: dict[str, Any], book: Journal, progres
         _confirm(sorted(candidates, key=_smallest_first), run, progress)
     with _timed(times, "series"):
         _series(options, result, run, progress)
-    evidence.volatile = {"machine": machine(), "seconds": times, "jobs": options.jobs} | evidence.volatile
+    made = {
+        key: value for key, value in stamp("report").items() if key != "versions"
+    }  # the settings have them
+    found = {"made": made, "machine": machine(), "seconds": times, "jobs": options.jobs}
+    evidence.volatile = found | evidence.volatile
     return run
 
 

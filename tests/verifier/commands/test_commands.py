@@ -20,6 +20,7 @@ from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import CLAIMS
 from verification.ledger.evidence import Outcome, Verdict
 from verification.proofs.arguments import all_arguments
+from verification.provenance import is_current
 from verification.search.engine import plan
 from verification.search.profiles import PROFILES
 from verification.search.shards import explore
@@ -197,6 +198,7 @@ def test_a_report_is_written_whole_and_says_that_it_is_partial(judged):
     assert [claim["id"] for claim in record["claims"]] == ["L2"]
     assert len(record["unjudged"]) == len(CLAIMS) - 1
     assert record["outcome"]["code"] == 0, record["outcome"]
+    assert is_current(record, "report"), "it says by which code it was made"
     for name in ("report.html", "report.md"):
         text = squeezed((folder / name).read_text(encoding="utf-8"))
         assert "This is a partial report: 1 of the 30 claims of the ledger were selected" in text, name
