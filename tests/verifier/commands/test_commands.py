@@ -16,6 +16,7 @@ import verification.search.engine
 from convexperc.files import write_json
 from verification.__main__ import app
 from verification.counterexamples.files import catalogue
+from verification.ledger import baseline
 from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import CLAIMS
 from verification.ledger.evidence import Outcome, Verdict
@@ -243,6 +244,18 @@ def test_kept_evidence_is_rendered_again(judged, tmp_path):
     assert "judged: 1 of 30 claims" in text, text
     for name in FILES:
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
+
+
+def test_evidence_is_judged_once(judged, monkeypatch, tmp_path):
+    calls = []
+
+    def counted(function):
+        return lambda *arguments: calls.append(function.__name__) or function(*arguments)
+
+    for function in (baseline.judge_all, baseline.assess, baseline.read_baseline):
+        monkeypatch.setattr(baseline, function.__name__, counted(function))
+    expect(0, run("report", "--evidence", judged[0] / KEPT, "--out", tmp_path))
+    assert sorted(calls) == ["assess", "judge_all", "read_baseline"], calls
 
 
 @pytest.mark.parametrize(
