@@ -187,7 +187,7 @@ def _terms(report: Report) -> Iterator[str]:
     rows = (
         [
             prose(row.family),
-            row.problems,
+            "-" if row.problems is None else row.problems,
             *(getattr(row.cases, name) for name in sentences.CASES),
             prose(SUMMARIES.get(row.family, "counted at fixed sizes")),
         ]
