@@ -1,29 +1,23 @@
-"""Everything that the report says, as dataclasses: the pages are rendered from them, report.json holds them.
+"""Everything that a report says, as dataclasses: the pages are rendered from them, report.json holds them.
 
 Schema of report.json: `report.schema.json` beside this file, made from these classes by
 `verification.report.schema`.
 """
 
-import hashlib
 import json
-import math
-import re
-from collections import Counter
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Final, Literal
 
-from convexperc.errors import InputError
-from verification.ledger.baseline import Assessment, Judged
-from verification.ledger.claims import CLAIMS, Claim, Part, Subject
+from verification.ledger.baseline import Assessment
+from verification.ledger.claims import Claim, Part, Subject
 from verification.ledger.evidence import Argument, Count, Refutation, Verdict
 from verification.ledger.surveys import DECIDING, Comparison, Survey
-from verification.ledger.verdicts import corrected_statements, survey_verdict
+from verification.ledger.verdicts import survey_verdict
 from verification.provenance import record_digest
+from verification.report.plain import plain
 
 SCHEMA: Final = "convexperc/report/2"
-UNPRINTABLE = re.compile(r"[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""What XML 1.0 cannot hold, and HTML should not."""
 NEEDED = ("command", "profile", "seed", "versions")
 """Settings without which nobody could repeat the run."""
 Sha256 = Annotated[str, {"pattern": "^[0-9a-f]{64}$"}]
@@ -210,88 +204,7 @@ class Report:
         """The parts of all judged claims."""
         return tuple(part for claim in self.claims for part in claim.parts)
 
-
-def contents(run: Judged, records: Mapping[str, bytes], experiments: dict[str, Any] | None = None) -> Report:
-    """Gather what the report says.
-
-    Parameters
-    ----------
-    run : Judged
-    records : mapping of str to bytes
-        Counterexamples by file name.
-    experiments : dict or None
-        What is shown of the record of the experiments, see `verification.report.experiments.summary.summary`.
-
-    Raises
-    ------
-    InputError
-        The settings lack one of `NEEDED`.
-    """
-    evidence = run.evidence
-    if missing := [name for name in NEEDED if name not in evidence.settings]:
-        raise InputError("settings", value=missing, must=f"must have {', '.join(NEEDED)}; these are missing")
-    judged = [claim for claim in CLAIMS.values() if claim.id in run.judgements]
-    return Report(
-        outcome=run.assessment,
-        settings=evidence.settings,
-        summary=tuple(_summary(subject, judged, run) for subject in dict.fromkeys(c.subject for c in judged)),
-        claims=tuple(_claim(claim, run) for claim in judged),
-        unjudged=tuple(key for key in CLAIMS if key not in run.judgements),
-        missing=tuple(evidence.missing),
-        series=evidence.series,
-        experiments=experiments,
-        counterexamples={name: hashlib.sha256(data).hexdigest() for name, data in sorted(records.items())},
-        volatile=evidence.volatile,
-    )
-
-
-def report_file(report: Report) -> bytes:
-    """The bytes of report.json; the volatile block comes last."""
-    return (json.dumps(plain(report), indent=1, allow_nan=False) + "\n").encode()
-
-
-def plain(value: Any) -> Any:
-    """JSON data; "inf", "-inf" and "nan" where JSON has no number, "?" for what no file can hold."""
-    if is_dataclass(value):
-        return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
-    if isinstance(value, Mapping):
-        return {plain(str(key)): plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
-    return printable(str(value)) if isinstance(value, str) else value
-
-
-def printable(text: str) -> str:
-    """The text with "?" for what no file can hold."""
-    return UNPRINTABLE.sub("?", text)
-
-
-def _summary(subject: Subject, judged: list[Claim], run: Judged) -> SubjectCounts:
-    found = Counter(run.judgements[claim.id].verdict for claim in judged if claim.subject is subject)
-    return SubjectCounts(subject, found.total(), {verdict: found[verdict] for verdict in Verdict})
-
-
-def _claim(claim: Claim, run: Judged) -> JudgedClaim:
-    stated = vars(claim) | {"parts": tuple(_part(part, run) for part in claim.parts)}
-    corrected = tuple(part.key for part in corrected_statements(claim))
-    judgement = vars(run.judgements[claim.id])
-    return JudgedClaim(**stated, **judgement, baseline=run.baseline.get(claim.id), corrected=corrected)
-
-
-def _part(part: Part, run: Judged) -> JudgedPart:
-    evidence, counts = run.evidence, run.evidence.of_part(part.key)
-    names = dict.fromkeys(count.family for count in counts)
-    families = {name: Cases.of(count for count in counts if count.family == name) for name in names}
-    return JudgedPart(
-        **vars(part),
-        **vars(run.judgements[part.key]),
-        baseline=run.baseline.get(part.key),
-        cases=Cases.of(counts),
-        families=families,
-        worst_family=max(families, key=lambda name: families[name].worst, default=""),
-        arguments=tuple(each for each in evidence.arguments if each.part == part.key),
-        surveys=tuple(SurveyCounts.of(each) for each in evidence.surveys if each.part == part.key),
-        counterexamples=tuple(each for each in evidence.refutations if each.part == part.key),
-    )
+    @property
+    def file(self) -> bytes:
+        """The bytes of report.json; the volatile block comes last."""
+        return (json.dumps(plain(self), indent=1, allow_nan=False) + "\n").encode()

@@ -3,7 +3,8 @@
 from xml.etree import ElementTree
 
 from verification.ledger.evidence import Verdict
-from verification.report.contents import JudgedPart, Report, printable
+from verification.report.contents import JudgedPart, Report
+from verification.report.plain import printable
 
 FINDINGS = {
     "failed": "no promise of the library fails",

@@ -6,10 +6,11 @@ from typing import Any
 from verification.ledger.evidence import Verdict
 from verification.problems.families import SUMMARIES
 from verification.report import sentences, words
-from verification.report.contents import JudgedClaim, JudgedPart, Report, printable
+from verification.report.contents import JudgedClaim, JudgedPart, Report
 from verification.report.experiments.blocks import Block
 from verification.report.experiments.markdown import lines as lines_of
 from verification.report.marks import code, prose, table
+from verification.report.plain import printable
 
 FEW = 8
 """Claims with more parts than this get a table of them."""
@@ -186,7 +187,7 @@ def _terms(report: Report) -> Iterator[str]:
     rows = (
         [
             prose(row.family),
-            row.problems,
+            "-" if row.problems is None else row.problems,
             *(getattr(row.cases, name) for name in sentences.CASES),
             prose(SUMMARIES.get(row.family, "counted at fixed sizes")),
         ]

@@ -9,9 +9,10 @@ from markupsafe import Markup
 from verification.ledger.claims import Subject
 from verification.problems.families import SUMMARIES
 from verification.report import sentences, words
-from verification.report.contents import Cases, Report, plain, printable
+from verification.report.contents import Cases, Report
 from verification.report.experiments.blocks import Block
 from verification.report.experiments.pages import environment
+from verification.report.plain import plain, printable
 from verification.report.plots import plot
 
 SHADES = (0.0, 0.02, 0.1, 0.25, 0.5)

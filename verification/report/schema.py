@@ -27,7 +27,7 @@ from verification.report.contents import Report
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 NUMBER = {"anyOf": [{"type": "number"}, {"enum": ["inf", "-inf", "nan"]}]}
-"""A float, as `verification.report.contents.plain` writes it."""
+"""A float, as `verification.report.plain.plain` writes it."""
 SIMPLE: dict[Any, dict[str, Any]] = {
     str: {"type": "string"},
     int: {"type": "integer"},

@@ -8,7 +8,7 @@ from convexperc.errors import InputError
 from convexperc.files import check_place, write_atomic
 from verification.experiments.record.reading import Experiments
 from verification.ledger.baseline import Judged
-from verification.report.contents import contents, report_file
+from verification.report.build import build
 from verification.report.experiments.section import section
 from verification.report.experiments.summary import summary
 from verification.report.junit import junit
@@ -37,12 +37,12 @@ def files(run: Judged, records: Mapping[str, bytes], stored: Experiments | None 
             "records", value=wrong, must="must have names of a-z, 0-9, '.', '_', '-' that end in .json"
         )
     shown = summary(stored) if stored is not None and run.evidence.surveys else None
-    report = contents(run, records, shown)
+    report = build(run, records, shown)
     blocks = section(shown, stored.sheets, whole=False) if stored is not None and shown is not None else []
     return {f"{RECORDS}/{name}": data for name, data in sorted(records.items())} | {
         "report.html": page(report, blocks),
         "report.md": markdown(report, blocks),
-        "report.json": report_file(report),
+        "report.json": report.file,
         "junit.xml": junit(report),
     }
 

@@ -20,7 +20,7 @@ from verification.journal import Journal
 from verification.ledger.claims import PARTS
 from verification.ledger.evidence import Count, Evidence, Outcome
 from verification.proofs.arguments import all_arguments
-from verification.provenance import machine, source_digest, versions
+from verification.provenance import machine, source_digest, stamp, versions
 from verification.run import series
 from verification.search.engine import Result, plan, search
 from verification.search.profiles import Profile
@@ -100,7 +100,7 @@ class Run:
 
 
 def gather(options: Options, journal: Path, progress: Progress = lambda stage, done, total: None) -> Run:
-    """Judge nothing, but find everything that a judgement needs.
+    """Find everything that a judgement needs, and judge nothing.
 
     Parameters
     ----------
@@ -140,12 +140,16 @@ def _gathered(options: Options, settings: dict[str, Any], book: Journal, progres
     with _timed(times, "arguments"):
         evidence.arguments = [each for each in all_arguments() if options.wants(each.part)]
     with _timed(times, "counterexamples"):
-        candidates = [record for record in catalogue() if options.wants(record.part)]
-        candidates += _found(result, options, evidence.missing)
-        _confirm(sorted(candidates, key=_smallest_first), run, progress)
+        known = [record for record in catalogue() if options.wants(record.part)]
+        known += _found(result, options, evidence.missing)
+        _confirm(sorted(known, key=_smallest_first), run, progress)
     with _timed(times, "series"):
         _series(options, result, run, progress)
-    evidence.volatile = {"machine": machine(), "seconds": times, "jobs": options.jobs} | evidence.volatile
+    made = {
+        key: value for key, value in stamp("report").items() if key != "versions"
+    }  # the settings have them
+    found = {"made": made, "machine": machine(), "seconds": times, "jobs": options.jobs}
+    evidence.volatile = found | evidence.volatile
     return run
 
 

@@ -13,7 +13,7 @@ from verification.search.engine import Result
 from verification.search.shards import UNBOUNDED
 
 SHOWN = 12
-"""Iterations shown of each reading on the counterexample."""
+"""Iterations shown of each update variant on the counterexample."""
 
 LONG = 400
 """Iterations shown where the rate is the subject."""
@@ -26,12 +26,12 @@ FLOOR = 1e-17
 
 
 def counterexample() -> dict[str, Any]:
-    """F by iteration for each reading where the printed update climbs from 4 to 9 and F* is 1."""
+    """F by iteration for each update variant where the printed update climbs from 4 to 9 and F* is 1."""
     problem = Problem([[1.0]], [-1.0], lambda1=1.0, lambda2=4.0, lambda3=0.0)
     proof = solve(problem).certificate
     runs = {
-        reading: run(problem, variant=reading, max_iterations=SHOWN, tolerance=0.0).F.tolist()
-        for reading in READINGS
+        variant: run(problem, variant=variant, max_iterations=SHOWN, tolerance=0.0).F.tolist()
+        for variant in READINGS
     }
     title = "n = d = 1, X = 1, o = -1, lambda1 = 1, lambda2 = 4, lambda3 = 0"
     return {"title": title, "F_star": [proof.lower, proof.upper], "runs": runs}
@@ -61,26 +61,26 @@ def rate() -> dict[str, Any]:
     }
 
 
-def _gaps(problem: Problem, reading: str) -> list[float]:
+def _gaps(problem: Problem, variant: str) -> list[float]:
     """(F(k) - F*) / F* against the upper end of the proved interval, as long as it is more than rounding."""
     upper = solve(problem).certificate.upper
-    F = run(problem, variant=reading, max_iterations=LONG, tolerance=0.0, on_singular="minimum_norm").F
+    F = run(problem, variant=variant, max_iterations=LONG, tolerance=0.0, on_singular="minimum_norm").F
     gaps = (F - upper) / upper
     end = int(np.argmax(gaps <= FLOOR)) or len(gaps)
     return [float(gap) for gap in gaps[:end]]
 
 
 def distances(result: Result) -> dict[str, Any]:
-    """Of each reading and order: runs by the decade of (F(last) - F*) / F*, and how many have none.
+    """Of each update variant and order: runs by the decade of (F(last) - F*) / F*, and how many have none.
 
     Undecided runs met the limit of iterations; undefined ones met a singular system, or diverged.
     """
     counts: dict[str, list[int]] = {}
     undecided: dict[str, int] = {}
     undefined: dict[str, int] = {}
-    for reading in READINGS:
+    for variant in READINGS:
         for order in ORDERS:
-            name = f"{reading}/{order}"
+            name = f"{variant}/{order}"
             tallies = [tally for (part, _), tally in result.tallies.items() if part == f"T1b/{name}"]
             total: Mapping[int, int] = _merged([tally.decades for tally in tallies])
             counts[name] = [_within(total, at) for at in DECADES]

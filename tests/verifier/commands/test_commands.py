@@ -16,10 +16,14 @@ import verification.search.engine
 from convexperc.files import write_json
 from verification.__main__ import app
 from verification.counterexamples.files import catalogue
+from verification.ledger import baseline
 from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import CLAIMS
-from verification.ledger.evidence import Verdict
+from verification.ledger.evidence import Outcome, Verdict
 from verification.proofs.arguments import all_arguments
+from verification.provenance import is_current
+from verification.search.engine import plan
+from verification.search.profiles import PROFILES
 from verification.search.shards import explore
 
 RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
@@ -48,10 +52,13 @@ def findings(folder, kept=KEPT):
     return data
 
 
-def loaded_after(statement):
-    code = f"import sys\ntry:\n {statement}\nexcept SystemExit:\n pass\nprint('loaded', *sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return done.stdout
+@pytest.fixture(scope="module", autouse=True)
+def _few_problems():
+    """The fewest problems that a check may be tried on: these tests are about the commands."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setitem(PROFILES, "quick", replace(PROFILES["quick"], problems=1, shard=4))
+        patched.setattr(verification.search.engine, "HUNTED", 5)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -92,36 +99,43 @@ def test_the_list_has_every_claim():
     assert "and 8 more" in text, text
 
 
-@pytest.mark.parametrize("command", ["--help", "run --help", "report --help", "report diff --help"])
-def test_help_imports_nothing_slow(command):
-    text = loaded_after(
-        f"sys.argv = ['verification', *{command.split()!r}]; import verification.__main__ as m; m.main()"
-    )
-    shown, _, modules = text.partition("loaded ")
-    assert "Usage" in shown, text
+def test_help_imports_nothing_slow():
+    code = """
+import sys
+import verification.__main__ as m
+for command in ("--help", "run --help", "report --help", "report diff --help", "reports --help"):
+    sys.argv = ["verification", *command.split()]
+    try:
+        m.main()
+    except SystemExit as end:
+        assert not end.code, command
+print("loaded", *sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    shown, _, modules = done.stdout.partition("loaded ")
+    assert shown.count("Usage") == 5, shown
     slow = {"cvxpy", "clarabel", "scipy", "numba", "hypothesis", "flint", "z3", "matplotlib", "jinja2"}
     assert not slow & set(modules.split()), slow & set(modules.split())
 
 
-def test_a_run_judges_what_was_selected_and_nothing_else(tmp_path):
-    result = expect(0, run("run", "--claim", "D1", "--jobs", 1, "--out", tmp_path))
+def test_a_run_judges_what_was_selected_once_and_nothing_else(tmp_path):
+    selected = ("--claim", "L2", "--claim", "L1", "--claim", "L2")
+    result = expect(0, run("run", *selected, "--jobs", 1, "--out", tmp_path))
     text = squeezed(result.stdout)
-    assert "D1 refuted D1/printed; nearest true form: D1/corrected holds" in text, text
-    assert "judged: 1 of 30 claims; nothing is said of the others" in text, text
-    assert "F1" not in text, text
+    assert "L2 refuted L2/inequality; corrected statement: L2/elementwise holds" in text, text
+    assert "judged: 2 of 30 claims; nothing is said of the others" in text, text
+    assert "A2" not in text, "observed by the same check, and not selected"
     assert [path.name for path in tmp_path.iterdir()] == [".journal"], "no report is written"
-    kept = findings(tmp_path, ".journal/quick-0-D1.evidence.json")
-    assert {count["part"] for count in kept["evidence"]["counts"]} == {"D1/printed", "D1/corrected"}
+    kept = findings(tmp_path, ".journal/quick-0-L1-L2.evidence.json")
+    assert {count["part"] for count in kept["evidence"]["counts"]} == {
+        "L1/inequality",
+        "L2/inequality",
+        "L2/elementwise",
+    }
     assert not kept["interrupted"]
-    assert kept["evidence"]["settings"]["command"].endswith("report --profile quick --seed 0 --claim D1")
-
-
-def test_claims_are_judged_once_in_the_order_of_the_ledger(tmp_path):
-    expect(0, run("run", "--claim", "L2", "--claim", "L1", "--claim", "L2", "--jobs", 1, "--out", tmp_path))
-    assert findings(tmp_path, ".journal/quick-0-L1-L2.evidence.json")["evidence"]["settings"]["claims"] == [
-        "L1",
-        "L2",
-    ]
+    settings = kept["evidence"]["settings"]
+    assert settings["claims"] == ["L1", "L2"], "in the order of the ledger"
+    assert settings["command"].endswith("report --profile quick --seed 0 --claim L1 --claim L2")
 
 
 @pytest.mark.parametrize(
@@ -141,10 +155,10 @@ def test_what_is_no_option_is_misuse(command, option, value, needed, tmp_path):
 
 
 def test_a_changed_verdict_is_named(monkeypatch, tmp_path):
-    changed = read_baseline() | {"L2/elementwise": Verdict.SUPPORTED, "F1": Verdict.REFUTED}
+    changed = read_baseline() | {"N1/positive": Verdict.SUPPORTED, "F1": Verdict.REFUTED}
     monkeypatch.setattr("verification.ledger.baseline.read_baseline", lambda: changed)
-    text = expect(1, run("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path)).stdout
-    assert "L2/elementwise: holds, the baseline says supported" in text, text
+    text = expect(1, run("run", "--claim", "N1", "--jobs", 1, "--out", tmp_path)).stdout
+    assert "N1/positive: holds, the baseline says supported" in text, text
     assert "F1" not in text, text
 
 
@@ -168,7 +182,7 @@ def test_a_fault_of_our_own_is_not_called_misuse(monkeypatch, tmp_path):
         raise KeyError("planted")
 
     monkeypatch.setattr(verification.run.gather, "all_arguments", faulty)
-    result = expect(1, run("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path))
+    result = expect(1, run("run", "--claim", "N1", "--jobs", 1, "--out", tmp_path))
     assert isinstance(result.exception, KeyError), result.exception
 
 
@@ -185,6 +199,7 @@ def test_a_report_is_written_whole_and_says_that_it_is_partial(judged):
     assert [claim["id"] for claim in record["claims"]] == ["L2"]
     assert len(record["unjudged"]) == len(CLAIMS) - 1
     assert record["outcome"]["code"] == 0, record["outcome"]
+    assert is_current(record, "report"), "it says by which code it was made"
     for name in ("report.html", "report.md"):
         text = squeezed((folder / name).read_text(encoding="utf-8"))
         assert "This is a partial report: 1 of the 30 claims of the ledger were selected" in text, name
@@ -196,7 +211,7 @@ def test_a_report_is_written_whole_and_says_that_it_is_partial(judged):
     assert 'testcase name="F1' not in (folder / "junit.xml").read_text(encoding="utf-8")
 
 
-def test_a_nearest_true_form_of_another_claim_is_not_judged_unseen(judged, tmp_path):
+def test_a_corrected_statement_of_another_claim_is_not_judged_unseen(judged, tmp_path):
     kept = findings(judged[0])
     kept["evidence"] |= {"volatile": {}, "settings": kept["evidence"]["settings"] | {"claims": ["T1a"]}}
     kept["evidence"]["refutations"] = [
@@ -205,7 +220,7 @@ def test_a_nearest_true_form_of_another_claim_is_not_judged_unseen(judged, tmp_p
     (tmp_path / "kept.json").write_text(json.dumps(kept), encoding="utf-8")
     run("report", "--evidence", tmp_path / "kept.json", "--out", tmp_path)
     text = squeezed((tmp_path / "report.html").read_text(encoding="utf-8"))
-    assert "Nearest true form: T1c/descent/jacobi, which this run did not judge." in text
+    assert "Corrected statement: T1c/descent/jacobi, which this run did not judge." in text
     assert "T1c/descent/jacobi not judged in this run" in text
 
 
@@ -229,6 +244,18 @@ def test_kept_evidence_is_rendered_again(judged, tmp_path):
     assert "judged: 1 of 30 claims" in text, text
     for name in FILES:
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
+
+
+def test_evidence_is_judged_once(judged, monkeypatch, tmp_path):
+    calls = []
+
+    def counted(function):
+        return lambda *arguments: calls.append(function.__name__) or function(*arguments)
+
+    for function in (baseline.judge_all, baseline.assess, baseline.read_baseline):
+        monkeypatch.setattr(baseline, function.__name__, counted(function))
+    expect(0, run("report", "--evidence", judged[0] / KEPT, "--out", tmp_path))
+    assert sorted(calls) == ["assess", "judge_all", "read_baseline"], calls
 
 
 @pytest.mark.parametrize(
@@ -260,7 +287,7 @@ def test_evidence_that_cannot_be_rendered_is_misuse(judged, changes, needed, tmp
     kept = findings(judged[0])
     kept["evidence"] |= {"volatile": {}} | changes
     if "series" in changes:
-        kept["evidence"]["settings"]["claims"] = []
+        kept["evidence"]["settings"]["claims"] = ["C1"]
     (tmp_path / "kept.json").write_text(json.dumps(kept), encoding="utf-8")
     result = expect(2, run("report", "--evidence", tmp_path / "kept.json", "--out", tmp_path / "new"))
     assert needed in squeezed(result.stderr), result.stderr
@@ -294,28 +321,27 @@ def test_a_report_is_not_half_written(judged, tmp_path):
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
-def test_an_interrupted_search_goes_on_where_it_was(explored, monkeypatch, tmp_path):
-    whole, broken = tmp_path / "whole", tmp_path / "broken"
-    command = ("report", "--claim", "A1", "--jobs", 1, "--out")
-    expect(0, run(*command, whole))
-    total, kept = len(explored), ".journal/quick-0-A1.evidence.json"
-    sizes = [int(key.split("|")[3]) for key in explored if key.endswith("|")]
-    each, problems = sizes[0], sum(sizes)
-    explored.clear()
+def test_an_interrupted_search_goes_on_where_it_was(judged, explored, tmp_path):
+    whole, _ = judged
+    command = ("report", "--claim", "L2", "--jobs", 1, "--out", tmp_path)
+    options = verification.run.gather.Options(PROFILES["quick"], claims=("L2",))
+    sizes = [shard.problems for shard in plan(options.checks, options.profile)]
     explored.limit = 5
-    text = squeezed(expect(3, run(*command, broken)).stdout)
-    assert f"interrupted after {5 * each} of {problems} problems: nothing is judged" in text, text
-    assert {path.name for path in broken.iterdir()} == {".journal"}, "no report of half a run"
-    half = interrupted_evidence(broken / kept)
-    assert sum(count["held"] + count["failed"] for count in half["counts"]) == 10 * each, half["counts"]
-    assert (
-        "nothing is judged" in expect(3, run("report", "--evidence", broken / kept, "--out", broken)).stdout
-    )
+    text = squeezed(expect(3, run(*command)).stdout)
+    assert f"interrupted after {sum(sizes[:5])} of {sum(sizes)} problems: nothing is judged" in text, text
+    assert {path.name for path in tmp_path.iterdir()} == {".journal"}, "no report of half a run"
+    half = interrupted_evidence(tmp_path / KEPT)
+    cases = sum(count[outcome] for count in half["counts"] for outcome in Outcome)
+    assert cases == 2 * sum(sizes[:5]), "a case for each part that was selected"
+    assert "nothing is judged" in expect(3, run("report", "--evidence", tmp_path / KEPT)).stdout
+    begun = list(explored)
     explored.clear()
     explored.limit = 10**9
-    expect(0, run(*command, broken))
-    assert len(explored) == total - 5, (len(explored), total)
-    assert findings(broken, kept) == findings(whole, kept)
+    expect(0, run(*command))
+    assert len(begun) == 5
+    assert not set(begun) & set(explored), "nothing is done twice"
+    assert sum(key.endswith("|") for key in (*begun, *explored)) == len(sizes)
+    assert findings(tmp_path) == findings(whole)
 
 
 def interrupted_evidence(file):

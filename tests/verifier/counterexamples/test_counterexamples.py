@@ -21,10 +21,11 @@ from verification.checks.catalogue import CHECKS
 from verification.checks.interface import Check, Observation, Recorder
 from verification.checks.operations import eliminate
 from verification.counterexamples.confirmation import agree, enclosure, text
+from verification.counterexamples.fields import KINDS, names
 from verification.counterexamples.files import catalogue, load, load_all, save, schema
 from verification.counterexamples.found import case_record, rise_record
 from verification.counterexamples.kinds import BY_KIND, completed, confirm, refutation
-from verification.counterexamples.record import KINDS, Record, magnitude, parse
+from verification.counterexamples.record import Record, magnitude, parse
 from verification.exact.algorithm import ORDERS, SIZES, Update
 from verification.exact.loop import iterates, start
 from verification.exact.numbers import Enclosure
@@ -41,6 +42,7 @@ REFUTED = {
     *("N1/w_system", "N1/u_system", "F4/similar", "R1/defined", "C1/step6", "C1/step7", "S1/optimal"),
 }
 CHECKED = {check.name: check for check in CHECKS}
+SCHEMA = jsonschema.Draft202012Validator(schema())
 
 
 def changed(record: Record, **changes: Any) -> Record:
@@ -64,8 +66,7 @@ def test_every_record_is_confirmed(name: str) -> None:
 @pytest.mark.parametrize("name", RECORDS)
 def test_every_record_follows_its_schema_and_goes_round(name: str, tmp_path: Path) -> None:
     record = RECORDS[name]
-    validator = jsonschema.Draft202012Validator(schema())
-    assert list(validator.iter_errors(record.as_json())) == [], record.id
+    assert list(SCHEMA.iter_errors(record.as_json())) == [], record.id
     place = save(record, tmp_path)
     assert place.read_bytes() == (FOLDER / f"{name}.json").read_bytes(), place
     assert load(place) == record
@@ -239,7 +240,7 @@ def test_a_rise_in_floats_becomes_a_record(tmp_path: Path) -> None:
         "found-1", problem, update, trace.path_w[at - 1], trace.path_u[at - 1], "search, seed 1"
     )
     assert confirm(load(save(record, tmp_path)), {}).confirmed, record
-    assert list(jsonschema.Draft202012Validator(schema()).iter_errors(record.as_json())) == []
+    assert list(SCHEMA.iter_errors(record.as_json())) == []
     with pytest.raises(FileFormatError, match="confirmed in exact arithmetic"):
         rise_record("found-2", problem, update, trace.path_w[0], trace.path_u[0], "search")
 
@@ -265,7 +266,7 @@ def test_a_failed_case_becomes_a_record_and_is_repeated(tmp_path: Path) -> None:
     result = confirm(again, {"sum": check})
     assert result.confirmed, result
     assert result.finding == seen[0].detail, result
-    assert list(jsonschema.Draft202012Validator(schema()).iter_errors(again.as_json())) == []
+    assert list(SCHEMA.iter_errors(again.as_json())) == []
     mended = Check("sum", ("B1/objective",), lambda p, s: [Observation.of("B1/objective", True)])
     silent = Check("sum", ("B1/objective",), lambda p, s: [])
     for checks, words in (
@@ -304,6 +305,24 @@ def test_a_malformed_record_is_named(change: dict[str, Any], words: str) -> None
     data = RECORDS["rise-printed-jacobi"].as_json()
     with pytest.raises(FileFormatError, match=words):
         parse(data | change, "rise.json")
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_the_schema_and_the_reader_agree_on_the_fields_of_a_kind(name: str) -> None:
+    data = RECORDS[name].as_json()
+    kind, given = data["kind"], data["fields"]
+    optional = {"limit"} if kind == "wrong_limit" else set()
+    for field in names(kind):
+        fewer = data | {"fields": {key: value for key, value in given.items() if key != field}}
+        valid = field not in given or field in optional
+        assert SCHEMA.is_valid(fewer) == valid, (name, field)
+        if not valid:
+            with pytest.raises(FileFormatError, match=f"in kind {kind}, as the schema says"):
+                parse(fewer, name)
+    more = data | {"fields": given | {"extra": "1"}}
+    assert not SCHEMA.is_valid(more)
+    with pytest.raises(FileFormatError, match="as the schema says"):
+        parse(more, name)
 
 
 def test_a_malformed_field_is_named() -> None:

@@ -34,10 +34,10 @@ RULE = {
         "9 cases undecided",
     ),
     "only skipped": ([Count(PART, "random", skipped=9)], [], [], Verdict.INCONCLUSIVE, "no case was decided"),
-    "cases": ([HELD], [], [], Verdict.SUPPORTED, "40 cases, none against"),
+    "cases": ([HELD], [], [], Verdict.SUPPORTED, "tested on 40 cases without a failure"),
     "cases, some undecided": ([OPEN], [], [], Verdict.SUPPORTED, "3 cases undecided"),
     "an argument": ([], [PROOF], [], Verdict.HOLDS, "proved in 2 checked steps and 1 cited theorem"),
-    "an argument and cases": ([HELD], [PROOF], [], Verdict.HOLDS, "40 cases beside it"),
+    "an argument and cases": ([HELD], [PROOF], [], Verdict.HOLDS, "tested on 40 cases without a failure"),
     "an argument on a condition": ([HELD], [UNDER], [], Verdict.HOLDS_UNDER, "proved"),
     "two arguments": (
         [],
@@ -149,12 +149,12 @@ def test_other_readings_and_repairs_decide_no_claim():
     assert judge(CLAIMS["T1a"], made).verdict is Verdict.SUPPORTED
 
 
-def test_a_refuted_claim_names_its_nearest_true_form_and_the_verdict_on_it():
+def test_a_refuted_claim_names_its_corrected_statement_and_the_verdict_on_it():
     own = judge(
         CLAIMS["D1"],
         Evidence(arguments=[argument("D1/corrected", "w_i != 0")], refutations=[refutation("D1/printed")]),
     )
-    assert "nearest true form: D1/corrected holds under w_i != 0" in own.reason
+    assert "corrected statement: D1/corrected holds under w_i != 0" in own.reason
     stated = refutation("T1a/printed/gauss_seidel")
     elsewhere = judge(
         CLAIMS["T1a"], Evidence(arguments=[argument("T1c/descent/jacobi")], refutations=[stated])
@@ -162,7 +162,7 @@ def test_a_refuted_claim_names_its_nearest_true_form_and_the_verdict_on_it():
     assert "T1c/descent/gauss_seidel inconclusive, T1c/descent/jacobi holds" in elsewhere.reason
     bare = replace(CLAIMS["S1"], repaired_by=())
     without = judge(bare, Evidence(refutations=[refutation("S1/optimal")]))
-    assert "nearest true form: none is stated" in without.reason
+    assert "corrected statement: none is stated" in without.reason
 
 
 def outcome(found, baseline):

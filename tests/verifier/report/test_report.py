@@ -24,10 +24,12 @@ from verification.ledger.evidence import Argument, Checker, Count, Refutation, S
 from verification.problems.families import FAMILIES
 from verification.provenance import record_digest
 from verification.report import sentences, words
-from verification.report.contents import Report, contents, plain, report_file
+from verification.report.build import build
+from verification.report.contents import Report
 from verification.report.diff import diff, read_report
 from verification.report.junit import junit
 from verification.report.markdown import VOLATILE
+from verification.report.plain import plain
 from verification.report.plots import DRAWN, plot
 from verification.report.schema import report_schema
 from verification.report.write import SUMS, files, store
@@ -43,7 +45,7 @@ def rendered(made=None, baseline=None, records=RECORDS):
 
 
 def told(made=None, baseline=None) -> Report:
-    return contents(judged(made, baseline), RECORDS)
+    return build(judged(made, baseline), RECORDS)
 
 
 def record(made=None):
@@ -76,7 +78,7 @@ def test_two_machines_differ_in_one_block_alone(good):
 def test_the_digest_moves_with_every_finding_and_with_nothing_volatile():
     found = record()
     assert found["digest"] == record_digest(found) == record(evidence(volatile={}))["digest"]
-    assert json.loads(report_file(told())) == found
+    assert json.loads(told().file) == found
     changed = evidence(settings=SETTINGS | {"seed": 1}), evidence(missing=["x"]), evidence(series={})
     digests = {record(made)["digest"] for made in changed} | {found["digest"]}
     assert len(digests) == 4, digests
@@ -325,7 +327,7 @@ def test_nothing_is_written_where_something_is_wrong(good, tmp_path):
 
 def test_equal_reports_do_not_differ(tmp_path):
     path = tmp_path / "report.json"
-    path.write_bytes(report_file(told()))
+    path.write_bytes(told().file)
     found = diff(read_report(path), record(evidence(volatile={})))
     assert (found.code, found.text) == (0, "All verdicts are equal.")
 
