@@ -181,6 +181,6 @@ CHECKS = (
     Check("conic", ("F2/conic",), observe_conic, REFEREED, share=0.03),
     Check("reduced", ("F2/reduced",), observe_reduced, REFEREED, share=0.03),
     Check("quadratic", ("F2/quadratic",), observe_quadratic, share=0.03),
-    Check("group lasso", ("F2/group_lasso",), observe_group_lasso, share=0.5),
+    Check("group lasso", ("F2/group_lasso",), observe_group_lasso, share=0.5, product=False),
     Check("equal columns", ("F4/parallel",), observe_equal_columns, share=0.5),
 )

@@ -289,7 +289,7 @@ def _parts(reading: str, order: str) -> tuple[str, ...]:
 
 
 CHECKS = tuple(
-    Check(f"descent {reading} {order}", _parts(reading, order), Descent(reading, order), share=0.75)
+    Check(f"descent {reading} {order}", _parts(reading, order), Descent(reading, order), share=0.5)
     for reading in READINGS
     for order in ORDERS
 )

@@ -89,26 +89,29 @@ class Reduced:
         return cls(sum(K[1:], K[0]), c, Fraction(o @ o, data.target_unit**2), K)
 
 
-def optimum(problem: Problem) -> Optimum:
+def optimum(problem: Problem, reduced: Reduced | None = None) -> Optimum:
     """Enclose F* by the referee's own method: exactly for least squares, else from an interior point.
 
     Parameters
     ----------
     problem : Problem
+    reduced : Reduced, optional
+        In place of the problem's own: the loss may have further columns, which u has not, and modalities may
+        be missing from K.
 
     Returns
     -------
     Optimum
         Its bounds hold whatever happened on the way; `relative_width` says how tight they are.
     """
-    reduced = Reduced.of(problem)
+    reduced = Reduced.of(problem) if reduced is None else reduced
     lambda1, lambda2, lambda3 = (Fraction(x) for x in problem.lambdas)
     if reduced.target == 0:
         return _bounds(reduced, problem, _central(np.array([Fraction(0)] * problem.n)), None)
     if lambda1 and lambda3:
         quadratic = Quadratic(reduced.G, reduced.c, reduced.target, reduced.K, lambda1, lambda2, lambda3)
         return _tightest(reduced, problem, quadratic, None)
-    P = _null_projector(reduced.G) if lambda1 else None
+    P = _null_projector(sum(reduced.K[1:], reduced.K[0])) if lambda1 else None
     H = reduced.G if P is None else reduced.G + lambda1 * P
     if lambda2 == 0:
         return _bounds(reduced, problem, _central(_solve(reduced.G, reduced.c)), None)
