@@ -26,9 +26,9 @@ from verification.problems.sources import Source
 FINISHED = ("optimal", "solved", *STATUSES)
 """What Clarabel and OSQP say of an answer that they stand by; and Newton's method of any, since its limit of
 iterations is far above what a problem of this size takes."""
-AWAY = Fraction(1, 10**4)
+AWAY = Fraction(1, 10**8)
 """An answer that its solver stands by and whose F is this share of ||o||^2 above F* belongs to another
-problem, where float64 can be trusted with it: every solver's own tolerance is 1e-9 or less."""
+problem, where float64 can be trusted with it: ten times the solvers' own tolerances, 1e-9 or less."""
 MODEST = 1e6
 """Float64 can be trusted with normalised lambdas and entries of X that are 0 or within this factor of 1,
 and lambda1, lambda2 > 0, so that w* is unique and depends continuously on the data."""
