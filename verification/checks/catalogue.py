@@ -33,3 +33,5 @@ TOPICS = (
     clarabel,
 )
 CHECKS: tuple[Check, ...] = tuple(check for topic in TOPICS for check in topic.CHECKS)
+FORMULAS = frozenset(part for check in CHECKS for part in check.parts if not check.product)
+"""Parts whose counts are evaluations of a formula of the paper, and no cases of the code."""

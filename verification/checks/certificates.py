@@ -1,4 +1,4 @@
-"""B2 and F3 by cases: every problem is answered, and no statement of a certificate is false."""
+"""B2 and F3 by cases: every problem is answered, and no statement of a certificate or of a batch is false."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -6,40 +6,36 @@ from fractions import Fraction
 import numpy as np
 
 from convexperc.problem.problem import Problem
-from convexperc.solution import batch as many
 from convexperc.solution import single as solving
 from convexperc.solution.answers import Answers
 from convexperc.solution.solution import Solution, Status
+from verification.checks.acceptance import false_zeros, wrongly_certified, wrongly_enclosed
 from verification.checks.interface import REFEREED, Check, Observation
+from verification.checks.libraries import Drawn, drawn_templates, solved
 from verification.checks.measures import LARGEST_MEASURE, is_finite, number, share
 from verification.exact import formulation, referee
-from verification.exact.numbers import Enclosure
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
-RARE = 9
-"""One answer of this many and one goes to the exact referee."""
 ZEROS = ("w*", "u*")
-"""How the referee's words on proved zeros begin."""
+"""How the words on proved zeros begin."""
 
 
 def observe_answer(problem: Problem, source: Source) -> Iterator[Observation]:
-    """Solve, and let the referee judge every statement of some certificates."""
+    """Solve, and let the referee judge every statement of the certificate."""
     solution = solving.solve(problem)
     proof, done = solution.certificate, solution.status is not Status.NOT_CERTIFIED
     detail = f"{solution.solver}: gap {proof.gap!r}, [{proof.lower!r}, {proof.upper!r}]"
     yield Observation.of("B2/answered", done, _width(solution), detail)
-    if source.integer(0, RARE):
-        return
     truth = referee.optimum(problem)
     false = referee.violations(problem, solution.w, solution.u, proof, truth)
-    false += _false_intervals(solution)
-    yield Observation.of("B2/true", not false, float(len(false)), "; ".join(false))
-    zeros = [each for each in false if each.startswith(ZEROS)]
+    false += _false_status(solution, truth)
+    zeros = false_zeros(problem, proof.zero_views, proof.zero_modalities, truth)
+    yield Observation.of("B2/true", not (false or zeros), float(len(false + zeros)), "; ".join(false + zeros))
     if not (proof.zero_views.any() or proof.zero_modalities.any()):
         yield Observation("F3/exact_zeros", Outcome.SKIPPED, detail="nothing is proved to be 0")
         return
-    zeros += _entries_left(solution)
+    zeros += [each for each in false if each.startswith(ZEROS)] + _entries_left(solution)
     yield Observation.of("F3/exact_zeros", not zeros, float(len(zeros)), "; ".join(zeros))
 
 
@@ -51,13 +47,18 @@ def _width(solution: Solution) -> float:
     return min(proof.relative_gap, proof.share_of_target, LARGEST_MEASURE)
 
 
-def _false_intervals(solution: Solution) -> list[str]:
-    """F(w, u) against the interval, exactly: it may not lie below F*."""
+def _false_status(solution: Solution, truth: referee.Optimum) -> list[str]:
+    """F(w, u) against the interval and the status, exactly: it may not lie below F*, nor far above."""
+    proof = solution.certificate
+    if solution.status is Status.ENCLOSED:
+        return wrongly_enclosed(proof.lower, proof.upper, solution.problem, truth)
     if not is_finite(solution.w, solution.u):
         return []
     value = formulation.objective(solution.problem, solution.w, solution.u)
-    lower = solution.certificate.lower
-    return [f"lower {lower!r} > F(w, u) = {number(value.upper)!r}"] if lower > value.upper else []
+    if proof.lower > value.upper:
+        return [f"lower {proof.lower!r} > F(w, u) = {number(value.upper)!r}"]
+    certified = solution.status is Status.CERTIFIED
+    return wrongly_certified(proof.gap, solution.problem, truth) if certified else []
 
 
 def _entries_left(solution: Solution) -> list[str]:
@@ -73,53 +74,44 @@ def _entries_left(solution: Solution) -> list[str]:
 
 
 def observe_batch(problem: Problem, source: Source) -> Iterator[Observation]:
-    """Solve a small library in one batch; its intervals and its u against the referee or single answers."""
-    templates = [problem.o]
-    for _ in range(source.integer(1, 3)):
-        at = source.integer(0, len(templates))
-        templates.append(templates[at] if at < len(templates) else source.matrix(1, problem.d)[0])
-    lambda1, lambda2, lambda3 = problem.lambdas
-    answers = many.solve_many(
-        problem.X, np.stack(templates).T, modalities=problem.modalities,
-        lambda1=lambda1, lambda2=lambda2, lambda3=lambda3,
-    )  # fmt: skip
-    exactly = source.integer(0, RARE) == 0
+    """Solve a small library in one batch, after another one or not; every statement against the referee."""
+    library = drawn_templates(problem, source)
+    answers, how = solved(library, source)
+    wrong = _false_answers(answers, library)
+    yield Observation.of("B2/batch", not wrong, float(len(wrong)), f"{how}: {'; '.join(wrong)}")
+
+
+def _false_answers(answers: Answers, library: Drawn) -> list[str]:
     wrong = []
-    for j, o in enumerate(templates):
-        posed = problem.for_template(o)
-        truth = referee.optimum(posed).value if exactly else _single(posed)
-        wrong += [f"template {j}: {each}" for each in _false_answers(answers, j, posed, truth)]
-    yield Observation.of("B2/batch", not wrong, float(len(wrong)), "; ".join(wrong))
+    for j, posed in enumerate(library.problems):
+        found = _false_answer(answers, j, posed, referee.optimum(posed))
+        wrong += [f"template {j}: {each}" for each in found]
+    return wrong
 
 
-def _single(problem: Problem) -> Enclosure:
-    """F* as `solve` encloses it, its upper end exactly F at its point, or by the referee."""
-    solution = solving.solve(problem)
-    if not is_finite(solution.w, solution.u):
-        return referee.optimum(problem).value
-    upper = formulation.objective(problem, solution.w, solution.u).upper
-    return Enclosure(Fraction(solution.certificate.lower), upper)
-
-
-def _false_answers(answers: Answers, j: int, problem: Problem, truth: Enclosure) -> list[str]:
+def _false_answer(answers: Answers, j: int, problem: Problem, truth: referee.Optimum) -> list[str]:
     lower, upper, gap = (float(part[j]) for part in (answers.lower, answers.upper, answers.gap))
-    found = []
-    if lower > truth.upper or upper < truth.lower:
-        found.append(f"[{lower!r}, {upper!r}] misses F* = {number(truth.upper)!r}")
+    status, found = answers.status(j), []
+    if lower > truth.value.upper or upper < truth.value.lower:
+        found.append(f"[{lower!r}, {upper!r}] misses F* = {number(truth.value.upper)!r}")
+    found += false_zeros(problem, answers.zero_views[j], answers.zero_modalities[j], truth)
+    if status is Status.NOT_CERTIFIED:
+        found.append(f"not answered: gap {gap!r}")
+    if status is Status.ENCLOSED:
+        found += wrongly_enclosed(lower, upper, problem, truth)
+    if status is Status.CERTIFIED:
+        found += wrongly_certified(gap, problem, truth)
     w, u = np.asarray(answers.w[j]), answers.u(j)
     if not is_finite(w, u):
-        if np.isfinite(gap):
-            found.append(f"gap {gap!r} of a point that is not finite")
-        return found
-    above = formulation.objective(problem, w, u).lower - truth.upper
-    if np.isfinite(gap) and above > Fraction(gap):
-        found.append(f"F(w, u) - F* is {number(above)!r}, more than the gap {gap!r}")
-    if answers.status(j) is Status.NOT_CERTIFIED:
-        found.append(f"not answered: gap {gap!r}")
+        return [*found, f"gap {gap!r} of a point that is not finite"] if np.isfinite(gap) else found
+    value = formulation.objective(problem, w, u)
+    if np.isfinite(gap) and value.lower - truth.value.upper > Fraction(gap):
+        above = number(value.lower - truth.value.upper)
+        found.append(f"F(w, u) - F* is {above!r}, more than the gap {gap!r}")
     return found
 
 
 CHECKS = (
-    Check("answer", ("B2/answered", "B2/true", "F3/exact_zeros"), observe_answer, share=0.1),
+    Check("answer", ("B2/answered", "B2/true", "F3/exact_zeros"), observe_answer, share=1.5),
     Check("batch", ("B2/batch",), observe_batch, REFEREED, share=0.1),
 )

@@ -20,7 +20,7 @@ from verification.problems.sources import Source
 PARTS = ("F1/convex", "F1/bounded")
 PLACES = (Fraction(1, 2), Fraction(1, 4), Fraction(3, 4))
 """t of the point z + t (z' - z)."""
-ROUNDING = 16
+ROUNDING = 1
 """The library's F on a chord may lie above it by this many units, times n + d, of the magnitudes."""
 
 

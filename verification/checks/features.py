@@ -1,10 +1,9 @@
-"""B5 by cases: every block of the features against a direct computation on small pictures."""
+"""B5 by cases: every block of the features against a direct computation on small pictures, and relations."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
-from skimage.feature import hog, local_binary_pattern
 
 from convexperc.features import color, extraction
 from convexperc.features import hog as shape
@@ -12,41 +11,120 @@ from convexperc.features import lbp as texture
 from convexperc.features import pictures as images
 from convexperc.features.configuration import BY_CHANNEL, JOINT, FeatureConfiguration
 from convexperc.problem.problem import Problem
+from verification.checks import pictures as direct
 from verification.checks.interface import Check, Observation
 from verification.checks.measures import LARGEST_MEASURE
+from verification.checks.pictures import Numbers, Pixels
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
 PARTS = ("B5/histogram", "B5/hog", "B5/lbp", "B5/partition")
-COUNTED, DESCRIBED = 1e-12, 1e-9
-"""Largest differences allowed: of counts and of unit vectors; of HOG values."""
+COUNTED, DESCRIBED = 1e-14, 1e-14
+"""Largest differences allowed of counts and entries of unit vectors, and of HOG values: all are at most 1 or
+exact, and no more than some 50 roundings of 1.1e-16 are behind one."""
 TURNED = 2e-6
-"""Of the HOG of a turned picture: the order of scikit-image's sums, taken in single precision, changes."""
+"""Of the HOG of a turned or mirrored picture: the order of up to 64 sums in single precision changes."""
 CELL = 8
 """Sides of pictures are multiples of it, so that cells fill them and a turned picture has the same cells."""
-
-Pixels = NDArray[np.uint8]
-Numbers = NDArray[np.float64]
+ODD = 9
+"""Directions of which none begins at 90 degrees: a mirror image has the same ones in reverse order."""
+DIM = 127
+"""Gray values up to this can be doubled, or raised by as much as leaves them at most 255."""
 
 
 def observe(problem: Problem, source: Source) -> Iterator[Observation]:
     """Draw a picture and a configuration; the problem gives nothing."""
     picture = _picture(source)
     settings = _configuration(source, picture.shape[0], picture.shape[1])
-    gray = _gray(picture)
-    counts, gradients, patterns = _histogram(picture, settings), _hog(gray, settings), _lbp(gray, settings)
+    gray, shift = _gray(picture), source.integer(1, 255 - DIM)
+    counts, gradients = _histogram(picture, settings), direct.hog(gray, settings)
     found = np.asarray(color.color_histogram(picture, settings))
-    yield _same("B5/histogram", found, counts, COUNTED)
-    upright = np.asarray(shape.hog_descriptor(images.to_gray(picture), settings))
-    turned = np.asarray(shape.hog_descriptor(images.to_gray(_turned(picture)), settings))
-    described = _same("B5/hog", upright, gradients, DESCRIBED)
-    if upright.shape == turned.shape == gradients.shape:
-        back = _same("B5/hog", _turned_back(turned, settings), gradients, TURNED)
-        described = back if back.outcome is Outcome.FAILED else described
-    yield described
-    found = np.asarray(texture.lbp_histogram(images.to_gray(picture), settings))
-    yield _same("B5/lbp", found, patterns, COUNTED)
+    yield _same("B5/histogram", found, counts, 0.0)
+    yield _first_failure(_hogs(images.to_gray(picture), gray, gradients, settings, shift))
+    yield _first_failure(_lbps(images.to_gray(picture), gray, settings, shift))
+    patterns = _lbp(gray, settings)
     yield _partition(picture, settings, (counts, gradients, patterns))
+
+
+def _first_failure(found: Iterator[Observation]) -> Observation:
+    """The first that failed, or the first of all: what comes after a failure may rest on it."""
+    first = next(found)
+    return (
+        first
+        if first.outcome is Outcome.FAILED
+        else next((each for each in found if each.outcome is Outcome.FAILED), first)
+    )
+
+
+def _hog(gray: Pixels, settings: FeatureConfiguration) -> Numbers:
+    return np.asarray(shape.hog_descriptor(np.ascontiguousarray(gray), settings))
+
+
+def _lbp(gray: Pixels, settings: FeatureConfiguration) -> Numbers:
+    return np.asarray(texture.lbp_histogram(np.ascontiguousarray(gray), settings))
+
+
+def _hogs(
+    given: Pixels, gray: Pixels, true: Numbers, settings: FeatureConfiguration, shift: int
+) -> Iterator[Observation]:
+    """As computed directly; then turned by 180 degrees, mirrored, brightened by a constant, and constant."""
+    part, upright = "B5/hog", _hog(gray, settings)
+    yield _same(part, _hog(given, settings), true, DESCRIBED)
+    yield _same(part, _blocks(_hog(gray[::-1, ::-1], settings), settings, 4), upright, TURNED)
+    slope, odd = _slope(gray), replace(settings, hog_orientations=ODD)
+    mirrored = _blocks(_hog(slope[:, ::-1], odd), odd, 2)
+    yield _same(part, mirrored, _hog(slope, odd), TURNED)
+    dim, plain = gray % (DIM + 1), replace(settings, hog_transform_sqrt=False)
+    brighter = (dim + np.uint8(shift)).astype(np.uint8)
+    yield _same(part, _hog(brighter, plain), _hog(dim, plain), 0.0)
+    flat = np.full_like(gray, shift)
+    yield _same(part, _hog(flat, settings), np.zeros_like(upright), 0.0)
+
+
+def _blocks(descriptor: Numbers, settings: FeatureConfiguration, kind: int) -> Numbers:
+    """The descriptor of the picture before it was turned (kind 4) or mirrored (kind 2)."""
+    sides = zip(settings.working_size, settings.hog_cells_per_block, strict=True)
+    down, across = (pixels // CELL - cells + 1 for pixels, cells in sides)
+    blocks = descriptor.reshape(down, across, *settings.hog_cells_per_block, settings.hog_orientations)
+    turned = blocks[::-1, ::-1, ::-1, ::-1] if kind == 4 else blocks[:, ::-1, :, ::-1, ::-1]
+    return np.ascontiguousarray(turned).ravel()
+
+
+def _slope(gray: Pixels) -> Pixels:
+    """A picture without a horizontal gradient direction, which its mirror image would leave in the first bin.
+
+    Each row is brighter than the one before by more than its texture; the first and the last row are flat.
+    """
+    steps = 6 * np.arange(gray.shape[0])[:, None] + gray % 5
+    steps[0], steps[-1] = 0, 255
+    return np.asarray(steps, dtype=np.uint8)
+
+
+def _lbps(given: Pixels, gray: Pixels, settings: FeatureConfiguration, shift: int) -> Iterator[Observation]:
+    """As computed directly; turned by 90 degrees, which moves every bit on by P/4; brightened; constant."""
+    part = "B5/lbp"
+    least, most = direct.lbp(gray, settings)
+    yield _between(part, _lbp(given, settings), least, most)
+    if settings.lbp_method == "default":
+        least, most = (_quarter_turned(counts, settings.lbp_points) for counts in (least, most))
+    size = settings.working_size[::-1]
+    yield _between(part, _lbp(np.rot90(gray), replace(settings, working_size=size)), least, most)
+    dim = gray % (DIM + 1)
+    yield _same(part, _lbp(2 * dim, settings), _lbp(dim, settings), 0.0)
+    least, most = direct.lbp(dim, settings)
+    yield _between(part, _lbp((dim + np.uint8(shift)).astype(np.uint8), settings), least, most)
+    flat = np.zeros(settings.lbp_bins)
+    flat[settings.lbp_points if settings.lbp_method == "uniform" else -1] = most.sum()
+    flat[flat > 0.0] = _lbp(gray, settings).sum()
+    yield _same(part, _lbp(np.full_like(gray, shift), settings), flat, 0.0)
+
+
+def _quarter_turned(counts: Numbers, points: int) -> Numbers:
+    """Counts of all patterns, each with its bits moved on by a quarter."""
+    turned, quarter, full = np.zeros_like(counts), points // 4, 2**points - 1
+    for pattern, count in enumerate(counts):
+        turned[(pattern << quarter | pattern >> points - quarter) & full] += count
+    return turned
 
 
 def _picture(source: Source) -> Pixels:
@@ -62,17 +140,19 @@ def _picture(source: Source) -> Pixels:
 
 
 def _configuration(source: Source, height: int, width: int) -> FeatureConfiguration:
-    points, method = source.choice((8, 4)), source.choice(("uniform", "default"))
+    points, method = source.choice((8, 4, 12)), source.choice(("uniform", "default"))
     histogram = source.choice((BY_CHANNEL, JOINT))
     return FeatureConfiguration(
         working_size=(height, width),
         color_histogram=histogram,
         color_bins=source.choice((8, 2, 32, 256) if histogram == BY_CHANNEL else (8, 2, 4, 16)),
+        hog_orientations=source.choice((9, 6, 12)),
         hog_pixels_per_cell=(CELL, CELL),
         hog_cells_per_block=source.choice(((2, 2), (1, 1), (1, 2))),
         hog_block_norm=source.choice(("L2-Hys", "L2", "L1", "L1-sqrt")),
+        hog_transform_sqrt=source.integer(0, 3) == 3,
         lbp_points=points,
-        lbp_radius=float(source.integer(1, 2)),
+        lbp_radius=source.choice((1.0, 2.0, 1.5)),
         lbp_method=method,
         lbp_bins=points + 2 if method == "uniform" else 2**points,
     )
@@ -96,53 +176,25 @@ def _histogram(picture: Pixels, settings: FeatureConfiguration) -> Numbers:
     return counts.ravel()
 
 
-def _hog(gray: Pixels, settings: FeatureConfiguration) -> Numbers:
-    """scikit-image's own, with every argument named."""
-    found = hog(
-        gray,
-        orientations=settings.hog_orientations,
-        pixels_per_cell=settings.hog_pixels_per_cell,
-        cells_per_block=settings.hog_cells_per_block,
-        block_norm=settings.hog_block_norm,
-        visualize=False,
-        transform_sqrt=settings.hog_transform_sqrt,
-        feature_vector=True,
-        channel_axis=None,
-    )
-    return np.asarray(found, dtype=np.float64)
-
-
-def _lbp(gray: Pixels, settings: FeatureConfiguration) -> Numbers:
-    """scikit-image's codes, counted one by one where the circle of neighbours lies in the picture."""
-    codes = local_binary_pattern(  # type: ignore[no-untyped-call]
-        gray, P=settings.lbp_points, R=settings.lbp_radius, method=settings.lbp_method
-    )
-    rim = int(np.ceil(settings.lbp_radius))
-    counts = np.zeros(settings.lbp_bins)
-    for code in codes[rim : gray.shape[0] - rim, rim : gray.shape[1] - rim].ravel().tolist():
-        counts[int(code)] += 1.0
-    return counts
-
-
-def _turned(picture: Pixels) -> Pixels:
-    """Turned by 180 degrees: every gradient changes its sign, no unsigned direction changes."""
-    return np.ascontiguousarray(picture[::-1, ::-1])
-
-
-def _turned_back(descriptor: Numbers, settings: FeatureConfiguration) -> Numbers:
-    """The descriptor with its blocks, and the cells of each block, in reverse order."""
-    sides = zip(settings.working_size, settings.hog_cells_per_block, strict=True)
-    down, across = (pixels // CELL - cells + 1 for pixels, cells in sides)
-    blocks = descriptor.reshape(down, across, *settings.hog_cells_per_block, settings.hog_orientations)
-    return np.ascontiguousarray(blocks[::-1, ::-1, ::-1, ::-1]).ravel()
-
-
 def _same(part: str, found: Numbers, true: Numbers, allowed: float) -> Observation:
     if found.shape != true.shape:
         return Observation.of(part, False, LARGEST_MEASURE, f"{found.shape} numbers, not {true.shape}")
     away = float(np.abs(found - true).max())
     detail = f"differs by {away!r} at number {int(np.abs(found - true).argmax())}"
     return Observation.of(part, away <= allowed, away, detail)
+
+
+def _between(part: str, found: Numbers, least: Numbers, most: Numbers) -> Observation:
+    """Counts within their bounds; the measure is what is outside."""
+    if found.shape != least.shape:
+        return Observation.of(part, False, LARGEST_MEASURE, f"{found.shape} numbers, not {least.shape}")
+    outside = np.maximum(np.maximum(least - found, found - most), 0.0)
+    detail = (
+        f"{found[outside.argmax()]:g} of code {int(outside.argmax())}, not {least[outside.argmax()]:g} to "
+    )
+    return Observation.of(
+        part, not outside.any(), float(outside.max()), detail + f"{most[outside.argmax()]:g}"
+    )
 
 
 def _partition(picture: Pixels, settings: FeatureConfiguration, blocks: tuple[Numbers, ...]) -> Observation:

@@ -65,6 +65,9 @@ class Check:
         Problems a family, as a share of the profile's number.
     hunt : bool
         Whether a failure is shrunk: not where one problem takes long.
+    product : bool
+        Whether it runs code of `convexperc` beyond the `Problem` itself. Where it does not, it evaluates
+        formulas of the paper exactly at drawn points: its observations are no cases of the code.
     """
 
     name: str
@@ -74,6 +77,7 @@ class Check:
     largest: tuple[int, int] = (4, 8)
     share: float = 1.0
     hunt: bool = True
+    product: bool = True
 
 
 @dataclass

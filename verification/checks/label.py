@@ -1,7 +1,7 @@
 """R1 and B4 by cases: the label of small template libraries against the exact optimum of every template."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -10,68 +10,72 @@ from convexperc.problem.problem import Problem
 from convexperc.recognition import label as recognizing
 from convexperc.recognition.recognition import Recognition, Verdict
 from verification.checks.interface import REFEREED, Check, Observation
+from verification.checks.libraries import drawn_templates, recognized
 from verification.checks.measures import number
 from verification.exact import referee
 from verification.exact.numbers import Enclosure, rationals, squares
-from verification.exact.problem import ExactProblem
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
 PARTS = ("R1/separated", "B4/label", "B4/share", "B4/tie")
-FRESH, COPY, SWAPPED = "another template", "the same again", "two columns of equal data exchanged"
-NEGATED = "the first one negated"
-"""Its optimum is that of the first one, at (-w, -u): no interval can separate them, and no order either."""
-
-
-@dataclass(frozen=True)
-class _Library:
-    """A problem whose X may have two equal columns, its templates, and those that are the first one again."""
-
-    problem: Problem
-    templates: tuple[np.ndarray, ...]
-    twins: tuple[int, ...]
+TOLERANCES = (1e-9, 1e-2)
+"""The relative tolerance asked for; the looser one leaves intervals that overlap, to be narrowed."""
+RESOLVED = Fraction(1, 10**12)
+"""Optima further apart than this share must be told apart: narrowed intervals are some 1e-16 wide."""
+SMALLEST = Fraction(1, 10**290)
+"""Optima below this are not told apart: the ends of float64 intervals are subnormal there."""
 
 
 def observe(problem: Problem, source: Source) -> Iterator[Observation]:
-    """Recognise among two to four templates, copies and permuted ones among them."""
-    library = _drawn(problem, source)
-    posed = library.problem
-    lambda1, lambda2, lambda3 = posed.lambdas
-    found = recognizing.recognize(
-        posed.X, np.stack(library.templates).T, modalities=posed.modalities,
-        lambda1=lambda1, lambda2=lambda2, lambda3=lambda3,
-    )  # fmt: skip
-    values = [referee.optimum(posed.for_template(o)).value for o in library.templates]
-    yield _separated(found, values, [squares(rationals(o)) for o in library.templates])
-    yield _label(found, values)
-    yield _share(
-        found, [_quotient(v, squares(rationals(o))) for v, o in zip(values, library.templates, strict=True)]
-    )
+    """Recognise among two to four templates, copies, near and permuted ones among them."""
+    library = drawn_templates(problem, source)
+    tolerance, escalate = source.choice(TOLERANCES), source.integer(0, 3) > 0
+    found, how = recognized(library, source, relative_tolerance=tolerance, escalate=escalate)
+    values = [referee.optimum(posed).value for posed in library.problems]
+    targets = [squares(rationals(o)) for o in library.templates]
+    wrong = _false_intervals(found, values)
+    if wrong:
+        yield Observation("R1/separated", Outcome.FAILED, 1.0, f"{how}: {wrong}")
+    else:
+        yield _separated(found, values, targets, narrowed=escalate)
+    yield _label(found, values, _ends(found.answers.lower.size, source))
+    yield _share(found, [_quotient(v, square) for v, square in zip(values, targets, strict=True)])
     yield _tie(found, library.twins)
 
 
-def _drawn(problem: Problem, source: Source) -> _Library:
-    group = next((g for g in ExactProblem.of(problem).groups if len(g) > 1), None)
-    templates, twins, X = [problem.o], [0], problem.X
-    kinds = (FRESH, COPY, NEGATED, SWAPPED) if group else (FRESH, COPY, NEGATED)
-    for j in range(1, source.integer(2, 4)):
-        kind, o = source.choice(kinds), problem.o.copy()
-        if kind == FRESH:
-            o = source.matrix(1, problem.d)[0]
-        elif kind == NEGATED:
-            o = -o
-        else:
-            twins.append(j)
-        if kind == SWAPPED and group:
-            X = X.copy()
-            X[:, group[1]] = X[:, group[0]]
-            o[[group[0], group[1]]] = o[[group[1], group[0]]]
-        templates.append(o)
-    lambda1, lambda2, lambda3 = problem.lambdas
-    posed = Problem(
-        X, problem.o, modalities=problem.modalities, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3
-    )
-    return _Library(posed, tuple(templates), tuple(twins))
+def _false_intervals(found: Recognition, values: list[Enclosure]) -> str:
+    """What contradicts the intervals behind a verdict, and that each template is excluded or answered."""
+    for name, low, high, value in zip(
+        found.names, found.answers.lower, found.answers.upper, values, strict=True
+    ):
+        if low > value.upper or high < value.lower:
+            return f"[{low!r}, {high!r}] of {name} misses F* = {number(value.upper)!r}"
+    done = found.excluded | found.answers.enclosed
+    return "" if done.all() else f"neither excluded nor answered: {[bool(x) for x in done]}"
+
+
+def _ends(p: int, source: Source) -> list[tuple[int, int]]:
+    """Intervals with small integers for ends, so that some end where others begin."""
+    lower = [source.integer(0, 3) for _ in range(p)]
+    return [(low, low + source.integer(0, 3)) for low in lower]
+
+
+def _decided_otherwise(found: Recognition, ends: list[tuple[int, int]]) -> str:
+    """What contradicts the verdict on other intervals.
+
+    A template whose lower end equals the lowest upper end may be as good as the best: it is a rival.
+    """
+    lower, upper = (np.array(each, dtype=np.float64) for each in zip(*ends, strict=True))
+    given = replace(found.answers, lower=lower, upper=upper)
+    again = recognizing.decide(given, found.names, found.views)
+    rivals = {name for name, low in zip(found.names, lower, strict=True) if low <= upper.min()}
+    excluded = {name for name, out in zip(found.names, again.excluded, strict=True) if out}
+    # where every optimum is w = u = 0, all are candidates, whatever the intervals
+    everyone = again.verdict is Verdict.TIE and again.candidates == again.names
+    fits = everyone or (set(again.candidates) == rivals and (again.label is None or len(rivals) == 1))
+    if fits and excluded == set(found.names) - rivals:
+        return ""
+    return f"{again.verdict.value} among {again.candidates}, {excluded} excluded: intervals {ends}"
 
 
 def _place(found: Recognition) -> int | None:
@@ -84,20 +88,31 @@ def _rivals(values: list[Enclosure], j: int) -> list[int]:
     return [k for k, value in enumerate(values) if k != j and value.lower <= values[j].upper]
 
 
-def _separated(found: Recognition, values: list[Enclosure], targets: list[Fraction]) -> Observation:
+def _separated(
+    found: Recognition, values: list[Enclosure], targets: list[Fraction], *, narrowed: bool
+) -> Observation:
     """Proved only where one optimum lies below all others; another verdict only where none does."""
     part, best = "R1/separated", min(range(len(values)), key=lambda j: values[j].upper)
     alone, proved = not _rivals(values, best), found.verdict is Verdict.PROVED
     detail = f"{found.verdict.value} ({found.reason}), F* = {[number(v.upper) for v in values]}"
     if alone and not proved:
-        if found.verdict is Verdict.UNDECIDED:
+        if found.verdict is Verdict.UNDECIDED and not (narrowed and _far_apart(values, best)):
             return Observation(part, Outcome.UNDECIDED, detail=detail)
         if all(value.upper >= target for value, target in zip(values, targets, strict=True)):
             return Observation(part, Outcome.SKIPPED, detail="every optimum is w = u = 0")
     return Observation.of(part, alone == proved, 0.0, detail)
 
 
-def _label(found: Recognition, values: list[Enclosure]) -> Observation:
+def _far_apart(values: list[Enclosure], best: int) -> bool:
+    """Whether the lowest optimum is as far below all others as narrowed intervals resolve."""
+    limit = values[best].upper * (1 + RESOLVED) + SMALLEST
+    return all(value.lower > limit for j, value in enumerate(values) if j != best)
+
+
+def _label(found: Recognition, values: list[Enclosure], ends: list[tuple[int, int]]) -> Observation:
+    wrong = _decided_otherwise(found, ends)
+    if wrong:
+        return Observation("B4/label", Outcome.FAILED, 1.0, wrong)
     j = _place(found)
     if j is None:
         return Observation("B4/label", Outcome.SKIPPED, detail=f"no label: {found.verdict.value}")

@@ -11,6 +11,7 @@ from convexperc.certificate import certificate as judge
 from convexperc.problem import formulation as library
 from convexperc.problem.problem import Problem
 from convexperc.solution import single as solving
+from verification.checks.acceptance import wrongly_certified
 from verification.checks.interface import Check, Observation
 from verification.checks.measures import (
     LARGE,
@@ -32,8 +33,9 @@ from verification.problems.sources import Source
 
 UNITS = 8
 """Units in the last place, times n + d, of the sum of magnitudes: one for each rounding, and room."""
-NOWHERE, DISTANCES = -1.0, (2.0**-40, 2.0**-20, 2.0**-8)
-"""A point from anywhere, or relative distances from the best known one."""
+NOWHERE, DISTANCES = -1.0, (2.0**-40, 2.0**-20, 2.0**-17, 2.0**-14, 2.0**-8)
+"""A point from anywhere, or relative distances from the best known one: gaps of about their squares, on both
+sides of the tolerances."""
 TERMS = ("loss", "coupling", "view_norm", "modality_norm")
 
 
@@ -100,7 +102,10 @@ def observe_bounds(problem: Problem, source: Source) -> Iterator[Observation]:
         with np.errstate(over="ignore"):
             w, u = solution.w * (1.0 + near * np.sign(w)), solution.u * (1.0 + near * np.sign(u))
     proof = judge.certify(problem, w, u, thorough=thorough)
-    false = referee.violations(problem, w, u, proof, referee.optimum(problem))
+    truth = referee.optimum(problem)
+    false = referee.violations(problem, w, u, proof, truth)
+    if proof.certified:
+        false += wrongly_certified(proof.gap, problem, truth)
     yield Observation.of("B1/dual", not false, float(len(false)), "; ".join(false))
 
 

@@ -7,12 +7,15 @@ from fractions import Fraction
 import numpy as np
 
 from convexperc.certificate import lambda_max as critical
+from convexperc.certificate.data_bounds import DataBounds
+from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
+from convexperc.problem.reduced import ReducedData
 from convexperc.problem.scaling import Scaling
 from convexperc.solution import single as solving
 from convexperc.solution.solution import Solution, Status
 from verification.checks.interface import Check, Observation
-from verification.checks.measures import number, share
+from verification.checks.measures import LARGE, number, share
 from verification.exact.formulation import dual_objective, is_dual_feasible, objective
 from verification.exact.numbers import inner, rationals, squares
 from verification.exact.problem import ExactProblem
@@ -21,8 +24,14 @@ from verification.problems.sources import Source
 
 BELOW = 0.9
 """A lambda this share of the critical one must leave weights that are not 0."""
+HALF = 0.5
+"""At half of the critical lambda2 = 2 ||X o||_inf the formula without its factor 2 would begin to hold."""
+CLEARLY = 1.0 + 2.0**-20
+"""This many times the critical lambda2, rounding is no excuse for not seeing that w = u = 0 is optimal."""
 BEYOND = 1.0 + 2.0**-16
 """The critical lambda3 is tried a little beyond, for its rounding."""
+LENGTHS = (1.0, 1e6, 1e-6)
+"""A second template is this many times the first."""
 FAR = 2.0**10
 """A lambda3 this many times the critical one leaves u = 0 without doubt."""
 
@@ -51,10 +60,44 @@ def observe_lambda2(problem: Problem, source: Source) -> Iterator[Observation]:
     wrong = "" if Fraction(low) <= true <= Fraction(high) else f"[{low!r}, {high!r}] misses {number(true)!r}"
     wrong = wrong or _zero_is_not_optimal(with_lambdas(problem, lambda2=high))
     measure = share(max(Fraction(low) - true, true - Fraction(high)), true)
-    if not wrong and BELOW * low > 0.0:
-        j = max(range(problem.n), key=lambda j: abs(correlations[j]))
-        wrong = _zero_is_optimal_below(with_lambdas(problem, lambda2=BELOW * low), j, correlations[j])
+    j = max(range(problem.n), key=lambda j: abs(correlations[j]))
+    for lambda2 in (BELOW * low, HALF * low):
+        if not wrong and lambda2 > 0.0:
+            wrong = _zero_is_optimal_below(with_lambdas(problem, lambda2=lambda2), j, correlations[j])
+    wrong = wrong or _false_at(problem, source)
     yield Observation.of(part, not wrong, measure, wrong)
+
+
+def _false_at(problem: Problem, source: Source) -> str:
+    """What contradicts `zero_is_optimal`, of a problem and of a library, about the exact critical lambda2.
+
+    The library holds another template as well, the same in another size.
+    """
+    other = problem.for_template(problem.o * source.choice(LENGTHS))
+    library = DataBounds.of(ReducedData.of(problem.X, np.stack([problem.o, other.o]).T, problem.modalities))
+    limits = [_critical(problem), _critical(problem), _critical(other)]
+    safe = bool(library.data.sound.all()) and all(1 / LARGE < limit < LARGE for limit in limits)
+    for lambda2 in [at for limit in limits[1:] if number(limit) for at in _about(number(limit))]:
+        posed = with_lambdas(problem, lambda2=lambda2)
+        said = [critical.zero_is_optimal(posed), *library.zero_is_optimal(Penalties(*posed.lambdas)).tolist()]
+        for one, limit in zip(said, limits, strict=True):
+            if one and Fraction(lambda2) < limit:
+                return f"zero is called optimal at lambda2 = {lambda2!r}, below {number(limit)!r}"
+            if safe and not one and Fraction(lambda2) >= limit * Fraction(CLEARLY):
+                return f"zero is not called optimal at lambda2 = {lambda2!r}, beyond {number(limit)!r}"
+    return ""
+
+
+def _critical(problem: Problem) -> Fraction:
+    """2 ||X o||_inf, exactly."""
+    data = ExactProblem.of(problem)
+    return 2 * max(abs(inner(row, data.o)) for row in data.X)
+
+
+def _about(limit: float) -> list[float]:
+    """The float nearest to a critical value, its neighbours, half of it and more than it."""
+    near = [float(np.nextafter(limit, end)) for end in (0.0, np.inf)]
+    return [x for x in (HALF * limit, *near, limit, CLEARLY * limit) if math.isfinite(x)]
 
 
 def _zero_is_not_optimal(problem: Problem) -> str:

@@ -61,11 +61,11 @@ class Reduced:
     def P(self) -> Rationals | None:  # noqa: N802 - a matrix
         """Return the projector on the null space of X', (n, n), where min_u ||Xu - w||^2 = w'Pw counts.
 
-        None where that space is {0}, or with lambda2 = 0, as w may then be taken from the range of X.
+        None where that space is {0}.
         """
-        if self.lambda1 == 0 or self.lambda2 == 0 or self.lambda3:
+        if self.lambda1 == 0 or self.lambda3:
             return None
-        form, pivots = _echelon(self.G)
+        form, pivots = _echelon(sum(self.K[1:], self.K[0]))
         n = len(self.c)
         free = [j for j in range(n) if j not in pivots]
         if not free:
@@ -83,8 +83,8 @@ class Reduced:
         return self.G if self.P is None else self.G + self.lambda1 * self.P
 
     def least_squares(self) -> Rationals:
-        """Return one w with G w = c, exactly, shape (n,); c lies in the range of G."""
-        form, pivots = _echelon(np.concatenate([self.G, self.c[:, None]], axis=1))
+        """Return one w with H w = c, exactly, shape (n,); c lies in the range of G."""
+        form, pivots = _echelon(np.concatenate([self.H, self.c[:, None]], axis=1))
         w = self.zero
         w[pivots] = form[: len(pivots), -1]
         return w

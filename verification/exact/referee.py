@@ -10,6 +10,7 @@ from convexperc.problem.problem import Problem
 from verification.exact.central_path import AGGRESSIVE, CONSERVATIVE, Central, follow
 from verification.exact.formulation import objective
 from verification.exact.numbers import Enclosure, Rationals, inner, square_root, times, total
+from verification.exact.problem import ExactProblem
 from verification.exact.reduced import Reduced
 
 ATTEMPTS = (
@@ -57,19 +58,20 @@ class Optimum:
         return self.relative_width <= TIGHT
 
 
-def optimum(problem: Problem) -> Optimum:
+def optimum(problem: Problem | ExactProblem | Reduced) -> Optimum:
     """Enclose F* by the referee's own method: exactly for least squares, else from an interior point.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem, ExactProblem or Reduced
+        Of a `Reduced` the loss may have further columns, which u has not, and a K_i may be 0.
 
     Returns
     -------
     Optimum
         Its bounds hold whatever happened on the way; `relative_width` says how tight they are.
     """
-    reduced = Reduced.of(problem)
+    reduced = problem if isinstance(problem, Reduced) else Reduced.of(problem)
     if reduced.target and not reduced.coupled and reduced.lambda2 == 0:
         return _bounds(reduced, Central(reduced.least_squares()))
     best = _bounds(reduced, Central(reduced.zero))

@@ -2,15 +2,21 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from convexperc.certificate import certificate, duality, evaluation, rounding
+from convexperc.certificate import certificate, duality, evaluation, lambda_max, rounding
 from convexperc.certificate import screening as optimum
 from convexperc.certificate.certificate import Certificate
+from convexperc.certificate.data_bounds import DataBounds
+from convexperc.certificate.tolerances import Tolerances
+from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
+from convexperc.solvers.newton.method import Newton
+from verification.exact import referee
 from verification.faults.fault import Fault, Plant, replaced, together, wrapped
 
 EXACT = ("lambda2_lambda3_zero",)
@@ -41,6 +47,33 @@ def _zeros(views: Callable[[Any], Any], modalities: Callable[[Any], Any]) -> Pla
 def _kept(zeros: Any) -> Any:
     return zeros
 
+
+def _loosely(self: Tolerances, gap: Any, lower: Any, target: Any) -> Any:
+    """`Tolerances.met` with 1e-7 for the absolute tolerance."""
+    return (gap <= self.relative * lower) | (gap <= 1e-7 * target)
+
+
+def _optimal_from_half(self: DataBounds, penalties: Penalties) -> Any:
+    """lambda2 >= ||X o_j||_inf."""
+    lambda2 = self.data.normalised(penalties)[:, 1]
+    return self.data.sound & (lambda2 >= np.abs(self.data.C).max(axis=1))
+
+
+def _stopped_early(self: Newton, problem: Problem) -> Any:
+    return SOLVE(replace(self, tolerance=1e-3), problem)
+
+
+def _with_slack(found: referee.Optimum, *arguments: Any) -> referee.Optimum:
+    """A dual point that says nothing against any zero."""
+    return replace(found, views=found.views * Fraction(0), modalities=())
+
+
+SOLVE = Newton.solve
+
+LOOSE = together(
+    replaced(Tolerances, "met", _loosely),
+    replaced(Tolerances, "met_by_shares", lambda self, F, o: self.relative >= F or o <= 1e-7),
+)
 
 TURNED = together(
     replaced(rounding, "gamma", lambda k: 0.0),
@@ -113,7 +146,60 @@ DUAL = (
     ),
 )
 
+CRITICAL = (
+    Fault(
+        "zero said to be optimal from ||X o||_inf on",
+        "F3/critical_lambda2",
+        replaced(lambda_max, "zero_is_optimal", lambda p: p.lambda2 >= 0.5 * lambda_max.lambda2_max(p)[1]),
+    ),
+    Fault(
+        "zero said to be optimal from ||X o||_inf on, for a library",
+        "F3/critical_lambda2",
+        replaced(DataBounds, "zero_is_optimal", _optimal_from_half),
+    ),
+    Fault(
+        "the critical lambda2 of the first template for the whole library",
+        "F3/critical_lambda2",
+        wrapped(DataBounds, "zero_is_optimal", lambda found, *a: np.full_like(found, found[0])),
+    ),
+)
+
+ACCEPTED = (
+    Fault("an absolute tolerance of 1e-7 ||o||^2", "B1/dual", LOOSE),
+    Fault(
+        "an absolute tolerance of 1e-7 ||o||^2, and a solver that stops there",
+        "B2/true",
+        together(LOOSE, replaced(Newton, "solve", _stopped_early)),
+    ),
+    Fault(
+        "views proved zero for nothing, with slack in every constraint",
+        "F3/exact_zeros",
+        together(_zeros(np.ones_like, _kept), wrapped(referee, "optimum", _with_slack)),
+        also=("B2/true", "B2/answered"),
+    ),
+    Fault(
+        "modalities proved zero for nothing, with slack in every constraint",
+        "F3/exact_zeros",
+        together(_zeros(_kept, np.ones_like), wrapped(referee, "optimum", _with_slack)),
+        also=("B2/true", "B2/answered"),
+    ),
+    Fault(
+        "views of a batch proved zero for nothing",
+        "B2/batch",
+        wrapped(DataBounds, "of_points", lambda b, *a: b._replace(zero_views=np.ones_like(b.zero_views))),
+    ),
+    Fault(
+        "modalities of a batch proved zero for nothing",
+        "B2/batch",
+        wrapped(
+            DataBounds, "of_points", lambda b, *a: b._replace(zero_modalities=np.ones_like(b.zero_modalities))
+        ),
+    ),
+)
+
 WORDS = (
+    *CRITICAL,
+    *ACCEPTED,
     Fault("lambda2 doubled for the judge", "B2/true", frame_with(lambda2=2.0), also=("B2/answered",)),
     Fault("every answer is called certified", "B1/dual", replaced(Certificate, "certified", True)),
     Fault(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from convexperc.features import pictures as images
 from verification.faults.fault import Fault, Plant, everywhere, replaced, wrapped
 
 PICTURES = ("random",)
+skimage_hog, skimage_lbp = (import_module(f"skimage.feature.{name}") for name in ("_hog", "texture"))
+"""Where scikit-image computes; `skimage.feature` has functions of these names."""
 
 
 def _configured(module: Any, name: str, **values: Callable[[Any], Any]) -> Plant:
@@ -62,9 +65,27 @@ def _exchanged(X: Any, configuration: Any) -> Any:
     return np.concatenate([last, middle, first], axis=1)
 
 
+def _rows_doubled(found: Any, *arguments: Any) -> Any:
+    """Gradients with the step down taken twice."""
+    return 2.0 * found[0], found[1]
+
+
+def _of_the_negative(setter: Any) -> None:
+    """Codes of the negative: a bit is 1 where a neighbour is no brighter, inside of scikit-image."""
+    original = skimage_lbp._local_binary_pattern
+    setter.setattr(skimage_lbp, "_local_binary_pattern", lambda image, *a: original(-image, *a))
+
+
 HISTOGRAM = color.color_histogram
 
 PICTURE = (
+    Fault(
+        "the image library doubles one half of the gradient",
+        "B5/hog",
+        wrapped(skimage_hog, "_hog_channel_gradient", _rows_doubled),
+        families=PICTURES,
+    ),
+    Fault("the image library compares the wrong way round", "B5/lbp", _of_the_negative, families=PICTURES),
     Fault(
         "red and blue exchanged",
         "B5/histogram",

@@ -4,9 +4,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from convexperc.enclosure.enclosure import enclose
 from convexperc.recognition import label as recognizing
+from convexperc.recognition import pruning
 from convexperc.recognition.recognition import Recognition, Verdict
 from verification.faults.fault import Fault, Plant, replaced, wrapped
+from verification.faults.solvers import called_again
 
 
 def decided(change: Callable[[Recognition], Recognition]) -> Plant:
@@ -48,7 +53,64 @@ def _halved(found: Any) -> Any:
     return replace(found, candidates=found.candidates[:-1]) if found.verdict is Verdict.TIE else found
 
 
+def _of_the_start(found: Any, X: Any, references: Any, **given: Any) -> Any:
+    """The label of the recognition that it was started from."""
+    start = given.get("start")
+    if start is None or start.label is None:
+        return found
+    return replace(found, verdict=start.verdict, label=start.label, candidates=start.candidates)
+
+
+def _equal_excluded(bounds: Any, *arguments: Any) -> Any:
+    """Lower bounds that equal the lowest upper one are raised above it, but for one template."""
+    lower, upper = (np.array(part) for part in bounds)
+    equal = np.flatnonzero(lower == upper.min())
+    spared = [int(upper.argmin())]
+    lower[np.setdiff1d(equal, spared)] = np.nextafter(upper.min(), np.inf)
+    return lower, upper
+
+
+def _narrowed_by_first_entry(found: Any) -> Any:
+    """Rivals narrowed once for all that have the same first entry."""
+    if found.verdict is not Verdict.UNDECIDED:
+        return found
+    lower, upper = found.answers.lower.copy(), found.answers.upper.copy()
+    known: dict[float, tuple[float, float]] = {}
+    for j in (~found.excluded).nonzero()[0].tolist():
+        problem = found.answers.problem(j)
+        if problem.o[0] not in known:
+            tight = enclose(problem, relative_tolerance=1e-30, absolute_tolerance=1e-30)
+            known[problem.o[0]] = tight.lower, tight.upper
+        lower[j], upper[j] = known[problem.o[0]]
+    answers = replace(found.answers, lower=lower, upper=upper)
+    return recognizing.decide(answers, found.names, found.views, found.decision)
+
+
 LABEL = (
+    Fault(
+        "the label of the frame before returned by a warm start",
+        "B4/label",
+        called_again(recognizing, "recognize", _of_the_start),
+        also=("R1/separated", "B4/share", "B4/tie"),
+    ),
+    Fault(
+        "a template excluded where its bound equals the best one",
+        "B4/label",
+        wrapped(recognizing, "cost_bounds", _equal_excluded),
+        also=("R1/separated", "B4/share", "B4/tie"),
+    ),
+    Fault(
+        "pruning gives up a template whose bound equals the best one",
+        "R1/separated",
+        wrapped(pruning, "_costs", _equal_excluded),
+        families=("zero_target", "random"),
+    ),
+    Fault(
+        "overlapping rivals with the interval of another with the same first entry",
+        "R1/separated",
+        replaced(recognizing, "_narrowed", _narrowed_by_first_entry),
+        also=("B4/label", "B4/share", "B4/tie"),
+    ),
     Fault("a proved label exchanged", "B4/label", decided(_swapped_label), also=("B4/tie", "B4/share")),
     Fault("the highest optimum for the lowest", "B4/label", decided(_highest), also=("B4/tie", "B4/share")),
     Fault(

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from convexperc.problem.library import TemplateLibrary
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.problem import Problem
+from convexperc.problem.reduced import ReducedData
 from convexperc.problem.reduction import Reduction
 from convexperc.problem.scaling import Scaling
 from convexperc.solution import batch as many
@@ -57,6 +59,12 @@ def stopped_after(steps: int) -> Plant:
     )
 
 
+def called_again(target: Any, name: str, change: Callable[..., Any]) -> Plant:
+    """As `wrapped`, where the change also needs the arguments by name."""
+    original = getattr(target, name)
+    return replaced(target, name, lambda *a, **k: change(original(*a, **k), *a, **k))
+
+
 def reduction_with(change: Callable[[Reduction], Reduction]) -> Plant:
     """Change the Gram matrices that the reduced problem is made of."""
     return wrapped(Reduction, "of", lambda found, X, modalities: change(found))
@@ -91,6 +99,47 @@ def _exchanged(found: Answers) -> Answers:
 def _narrower(found: Answers) -> Answers:
     """Intervals that begin a millionth too high."""
     return replace(found, lower=found.lower * (1.0 + 1e-6), upper=found.upper * (1.0 + 1e-6))
+
+
+def _from_start(found: Answers, X: Any, O: Any, **given: Any) -> Answers:  # noqa: E741
+    """The intervals of the answers that it was started from."""
+    start = given.get("start")
+    return found if start is None else replace(found, lower=start.lower, upper=start.upper, gap=start.gap)
+
+
+def _in_first_units(found: Answers) -> Answers:
+    """Every interval in the units of the first template."""
+    exponents = found.data.exponents
+    shift = 2 * (exponents[0] - exponents)
+    lower, upper, gap = (np.ldexp(x, shift) for x in (found.lower, found.upper, found.gap))
+    return replace(found, lower=lower, upper=upper, gap=gap)
+
+
+def _kept_by_library(setter: Any) -> None:
+    """The reduced data of a library's first views for all later ones."""
+    original = ReducedData.of
+    seen: dict[int, tuple[Any, Any]] = {}
+
+    def of(X: Any, templates: Any, *rest: Any, **named: Any) -> Any:
+        if not isinstance(templates, TemplateLibrary):
+            return original(X, templates, *rest, **named)
+        key = id(templates)
+        if key not in seen or seen[key][0] is not templates:
+            seen[key] = templates, original(X, templates, *rest, **named)
+        return seen[key][1]
+
+    setter.setattr(ReducedData, "of", staticmethod(of))
+
+
+def _first_lambdas(setter: Any) -> None:
+    """The lambdas of the first step for the whole path."""
+    original = many.solve_path
+
+    def path(X: Any, templates: Any, grid: Any, **given: Any) -> Any:
+        steps = list(grid)
+        return original(X, templates, steps[:1] * len(steps), **given)
+
+    setter.setattr(many, "solve_path", path)
 
 
 SOLVERS = (
@@ -145,6 +194,23 @@ ANSWERS = (
         "answers of two templates exchanged",
         "B2/batch",
         wrapped(many, "solve_many", lambda found, *a: _exchanged(found)),
+    ),
+    Fault(
+        "answers of the start returned by a warm start",
+        "B2/batch",
+        called_again(many, "solve_many", _from_start),
+    ),
+    Fault("a library's first views kept for the next", "B2/batch", _kept_by_library),
+    Fault("the first lambdas of a path kept for the next", "B2/batch", _first_lambdas),
+    Fault(
+        "intervals in the units of the first template",
+        "B2/batch",
+        wrapped(many, "solve_many", lambda found, *a: _in_first_units(found)),
+    ),
+    Fault(
+        "lambdas in the units of the first template",
+        "B2/batch",
+        wrapped(ReducedData, "normalised", lambda rows, *a: np.tile(rows[:1], (len(rows), 1))),
     ),
     Fault(
         "intervals of a batch a millionth too high",

@@ -43,8 +43,10 @@ def zero_row(source: Source) -> Draft:
 
 
 def zero_modality(source: Source) -> Draft:
-    """One modality is 0 for every robot."""
-    p = draft(source)
+    """One of several modalities is 0 for every robot."""
+    p = draft(source, d=source.integer(2, source.largest[1]))
+    if len(p.sizes) == 1:
+        p.sizes = [p.sizes[0] // 2, p.sizes[0] - p.sizes[0] // 2]
     p.X[:, : p.sizes[0]] = 0.0
     return p
 
@@ -280,6 +282,34 @@ EXTREME: dict[str, Family] = {
 
 DEGENERATE: dict[str, Family] = ORDINARY_DEGENERATE | EXTREME
 FAMILIES: dict[str, Family] = RANDOM | DEGENERATE
+
+
+ZERO: dict[str, frozenset[str]] = {
+    "zero_data": frozenset({"X"}),
+    "zero_target": frozenset({"o"}),
+    "lambda1_zero": frozenset({"lambda1"}),
+    "lambda2_zero": frozenset({"lambda2"}),
+    "lambda3_zero": frozenset({"lambda3"}),
+    "lambda1_lambda2_zero": frozenset({"lambda1", "lambda2"}),
+    "lambda1_lambda3_zero": frozenset({"lambda1", "lambda3"}),
+    "lambda2_lambda3_zero": frozenset({"lambda2", "lambda3"}),
+    "all_lambdas_zero": frozenset({"lambda1", "lambda2", "lambda3"}),
+    "near_duplicates_without_lambdas": frozenset({"lambda1", "lambda2", "lambda3"}),
+    "nearly_zero_view": frozenset({"lambda3"}),
+}
+"""What a family makes 0 by its definition; every other part of its problems may be 0 by chance alone."""
+
+
+def zero_parts(problem: Problem) -> frozenset[str]:
+    """Which of X, o and the lambdas are 0."""
+    parts = {"X": bool(problem.X.any()), "o": bool(problem.o.any())}
+    parts |= {f"lambda{k}": value != 0.0 for k, value in enumerate(problem.lambdas, 1)}
+    return frozenset(name for name, value in parts.items() if not value)
+
+
+def is_trivial(problem: Problem, family: str) -> bool:
+    """Whether more is 0 than the family's definition asks for, so that the problem says little of it."""
+    return not zero_parts(problem) <= ZERO.get(family, frozenset())
 
 
 SUMMARIES: dict[str, str] = {

@@ -61,9 +61,10 @@ class Drawn:
         return self.draw(st.sampled_from(sorted(options, key=_length)))
 
     def matrix(self, rows: int, columns: int) -> Matrix:
-        """Draw halves in -3 .. 3 that shrink towards 0."""
-        values: Matrix = self.draw(arrays(np.float64, (rows, columns), elements=ENTRIES, fill=st.nothing()))
-        return values
+        """Draw halves in -3 .. 3 that shrink towards 0; all zeros, which say little, are drawn again."""
+        entries = arrays(np.float64, (rows, columns), elements=ENTRIES, fill=st.nothing())
+        values: Matrix = self.draw(entries)
+        return values if values.any() else self.draw(entries)
 
 
 def _length(option: object) -> int:

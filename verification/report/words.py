@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from verification.ledger.claims import Role
 from verification.ledger.evidence import Checker, Outcome, Verdict
-from verification.search.profiles import LEAST, PROFILES
+from verification.search.profiles import PROFILES
 
 TITLE = "Convex multi-robot perception: the claims of the paper, judged"
 PAPER = (
@@ -64,8 +64,9 @@ OUTCOMES = {
 LIMITATIONS = (
     '"Supported" speaks of the cases that were tried and of no others. They come from families of'
     " problems that the authors of this report chose, and they are small: at most 4 views and 8 features.",
-    "A profile tries a check on as many problems of each family as the settings say, an expensive check on a"
-    f" part of that, and none on fewer than {LEAST}. The profile quick has {PROFILES['quick'].problems}: that"
+    "A profile tries a check on as many problems of each family as the settings say, an expensive check on"
+    f" a part of that, and none on fewer than {PROFILES['quick'].least} (quick), {PROFILES['ci'].least} (ci)"
+    f" or {PROFILES['full'].least} (full). The profile quick has {PROFILES['quick'].problems}: that"
     f" shows what fails often, not what fails rarely. The profiles ci ({PROFILES['ci'].problems}) and full"
     f" ({PROFILES['full'].problems}) say more.",
     "The cases are no random sample: each family begins with its simplest problem, and the search then drives"

@@ -13,6 +13,9 @@ from verification.journal import Journal
 from verification.search.profiles import Profile
 from verification.search.shards import Case, Found, Shard, Tally, explore
 
+TELLING = 12
+"""Problems of a family from which on most of them must not be trivial: the first is all zeros."""
+
 HUNTED = 300
 """Most problems that a hunt draws before it gives up; it starts where a failure was seen."""
 
@@ -26,14 +29,20 @@ class Result:
     tallies : dict of (part, family) to Tally
     problems : dict of (check, family) to int
         Problems looked at.
+    nontrivial : dict of (check, family) to int
+        Of these, the ones where nothing is 0 but what the family says.
+    formulas : int
+        Of all problems, those of checks that run no code of the product; see `Check.product`.
     broken : list of str
         Exceptions of checks.
     unreached : list of str
-        Checks and families without a single problem.
+        Checks and families without a single problem, or where most problems are trivial.
     """
 
     tallies: dict[tuple[str, str], Tally] = field(default_factory=dict)
     problems: dict[tuple[str, str], int] = field(default_factory=dict)
+    nontrivial: dict[tuple[str, str], int] = field(default_factory=dict)
+    formulas: int = 0
     broken: list[str] = field(default_factory=list)
     unreached: list[str] = field(default_factory=list)
 
@@ -52,13 +61,25 @@ class Result:
                 continue
             place = shard.check, shard.family
             result.problems[place] = result.problems.get(place, 0) + each.problems
+            result.nontrivial[place] = result.nontrivial.get(place, 0) + each.nontrivial
             result.broken += each.broken
             for part, tally in each.tallies.items():
                 result.tallies.setdefault((part, shard.family), Tally()).add(tally)
         pairs = [(check.name, family) for check in checks for family in check.families]
         unreached = [pair for pair in pairs if not result.problems.get(pair)]
         result.unreached = [f"{check} was not tried on {family}" for check, family in unreached]
+        result.unreached += result._mostly_trivial()
+        names = {check.name for check in checks if not check.product}
+        result.formulas = sum(count for (name, _), count in result.problems.items() if name in names)
         return result
+
+    def _mostly_trivial(self) -> list[str]:
+        """Checks and families of which less than half of the problems are more than zeros."""
+        return [
+            f"{check}: {self.nontrivial[check, family]} of {count} problems of {family} are not trivial"
+            for (check, family), count in self.problems.items()
+            if count >= TELLING and 2 * self.nontrivial[check, family] < count
+        ]
 
     def smallest(self) -> dict[str, tuple[str, Case]]:
         """For each part with a failure: the family and the smallest failing case."""

@@ -5,9 +5,6 @@ from dataclasses import dataclass
 from verification.checks.interface import Check
 from verification.ledger.claims import PARTS, Role
 
-LEAST = 4
-"""Hypothesis begins with the simplest problem, all zeros: fewer would say little."""
-
 
 @dataclass(frozen=True)
 class Profile:
@@ -18,6 +15,9 @@ class Profile:
     name : str
     problems : int
         Problems of each family that a check of share 1 is tried on.
+    least : int
+        Problems of each family that every check is tried on, whatever its share: at least 4, since Hypothesis
+        begins with the simplest problem, all zeros.
     shard : int
         Most problems that a worker takes at a time; what a kill can lose.
     hunts : bool
@@ -28,13 +28,14 @@ class Profile:
 
     name: str
     problems: int
+    least: int
     shard: int
     hunts: bool
     per_scale: int
 
     def budget(self, check: Check) -> int:
-        """Problems of each family for one check; at least `LEAST`."""
-        return max(LEAST, round(self.problems * check.share))
+        """Problems of each family for one check."""
+        return max(self.least, round(self.problems * check.share))
 
     def hunted(self, part: str) -> bool:
         """Whether a failure of this part is shrunk."""
@@ -44,8 +45,8 @@ class Profile:
 PROFILES = {
     each.name: each
     for each in (
-        Profile("quick", problems=8, shard=64, hunts=False, per_scale=4),
-        Profile("ci", problems=40, shard=64, hunts=True, per_scale=12),
-        Profile("full", problems=690, shard=175, hunts=True, per_scale=100),
+        Profile("quick", problems=8, least=4, shard=64, hunts=False, per_scale=4),
+        Profile("ci", problems=40, least=12, shard=64, hunts=True, per_scale=12),
+        Profile("full", problems=690, least=36, shard=175, hunts=True, per_scale=100),
     )
 }

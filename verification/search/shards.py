@@ -16,7 +16,7 @@ from hypothesis.errors import Flaky, FlakyFailure, HypothesisException
 from convexperc.problem.problem import Problem
 from verification.checks.interface import Check, Observation, Recorder
 from verification.ledger.evidence import Outcome
-from verification.problems.families import FAMILIES
+from verification.problems.families import FAMILIES, is_trivial
 from verification.problems.strategies import Drawn
 
 LARGEST_TARGET = 1e300
@@ -133,6 +133,8 @@ class Found:
     key : str
     problems : int
         Drawn and looked at.
+    nontrivial : int
+        Of these, the ones where nothing is 0 but what the family says: see `families.is_trivial`.
     tallies : dict of str to Tally
         By part.
     broken : list of str
@@ -141,6 +143,7 @@ class Found:
 
     key: str
     problems: int = 0
+    nontrivial: int = 0
     tallies: dict[str, Tally] = field(default_factory=dict)
     broken: list[str] = field(default_factory=list)
 
@@ -161,7 +164,7 @@ class Found:
     def from_json(cls, data: dict[str, Any]) -> "Found":
         """Read back what `as_json` wrote."""
         tallies = {part: Tally.from_json(tally) for part, tally in data["tallies"].items()}
-        return cls(data["key"], data["problems"], tallies, list(data["broken"]))
+        return cls(data["key"], data["problems"], data["nontrivial"], tallies, list(data["broken"]))
 
 
 def explore(shard: Shard, check: Check, campaign: int, *, shrink: bool = True) -> Found:
@@ -199,6 +202,7 @@ def explore(shard: Shard, check: Check, campaign: int, *, shrink: bool = True) -
         recorder = Recorder(drawn)
         observations = _observations(check, problem, recorder, found)
         found.problems += 1
+        found.nontrivial += not is_trivial(problem, shard.family)
         for each in observations:
             _count(found, each, problem, recorder.drawn)
             if shard.hunt == each.part and each.outcome is Outcome.FAILED:
