@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from convexperc.errors import ConvexpercError
-from verification.checks import clarabel_by_scale, cost
+from verification.checks import clarabel, cost
 from verification.checks.catalogue import CHECKS
 from verification.checks.interface import Check, Observation
 from verification.counterexamples.files import catalogue
@@ -243,7 +243,7 @@ def _series(options: Options, result: Result, run: Run, progress: Progress) -> N
         evidence.volatile["times"] = cost.times()
     progress("series", 2, 3)
     if wants("S1/optimal"):
-        evidence.series["clarabel"] = clarabel_by_scale.series(options.profile.per_scale, seed=options.seed)
+        evidence.series["clarabel"] = clarabel.by_scale(options.profile.per_scale, seed=options.seed)
     progress("series", 3, 3)
 
 
