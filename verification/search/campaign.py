@@ -103,14 +103,13 @@ class Campaign:
             (self.degenerate, list(ORDINARY_DEGENERATE)),
             (self.extreme, list(EXTREME)),
         )
-        shares = [
-            (name, -(-(total - k) // len(names))) for total, names in groups for k, name in enumerate(names)
-        ]
-        parts = [
-            ((first + SHARD / 2) / count, Stretch(name, first, min(SHARD, count - first)))
-            for name, count in shares
-            for first in range(0, count, SHARD)
-        ]
+        parts = []
+        for total, names in groups:
+            for k, name in enumerate(names):
+                count = -(-(total - k) // len(names))
+                for first in range(0, count, SHARD):
+                    size = min(SHARD, count - first)
+                    parts.append(((first + size / 2) / count, Stretch(name, first, size)))
         return [stretch for _, stretch in sorted(parts, key=lambda part: part[0])]
 
     def cases(self, stretch: Stretch) -> Iterator[Case]:
