@@ -1,7 +1,6 @@
 """One run of the verifier: search, arguments, counterexamples and series become the evidence."""
 
 import time
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -178,10 +177,7 @@ def _search(options: Options, book: Journal, progress: Progress) -> Result:
         done += 0 if found.shard.hunt else found.problems
         progress("search", done, total)
 
-    with warnings.catch_warnings():
-        # joblib replaces a worker that has grown large; what it had to do is done all the same
-        warnings.filterwarnings("ignore", message="A worker stopped", category=UserWarning)
-        return search(checks, options.profile, options.seed, jobs=options.jobs, journal=book, progress=count)
+    return search(checks, options.profile, options.seed, jobs=options.jobs, journal=book, progress=count)
 
 
 def _counts(result: Result, options: Options) -> Iterator[Count]:
