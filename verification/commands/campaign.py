@@ -54,7 +54,7 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     lost with a worker that was killed; 2: misuse; 3: broken off.
     """
     from convexperc.files import check_place, write_json  # noqa: PLC0415 - keeps --help quick
-    from verification.provenance import commit  # noqa: PLC0415
+    from verification.provenance import stamp  # noqa: PLC0415
     from verification.search.campaign import Campaign  # noqa: PLC0415
 
     settings = Campaign(random, degenerate, extreme, seed, solver, escalate, referee, clarabel)
@@ -62,7 +62,7 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
         settings = _stored(resume)
     if not settings.total:
         raise typer.BadParameter("at least one problem is needed: a run that checks nothing proves nothing")
-    place, version = json_file or resume, commit()  # before this command changes a file
+    place, made = json_file or resume, stamp("campaign")  # before this command changes a file
     journal = None
     if place is not None:
         with misuse("--json"):  # before the work, not after it
@@ -71,7 +71,7 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     report = _run(settings, jobs, journal)
     if place is not None:
         with misuse("--json"):
-            write_json(place, settings.as_json(report, version))
+            write_json(place, settings.as_json(report, made))
     if journal is not None and not report.lost:
         journal.finish()
     _print(report)
@@ -90,7 +90,7 @@ def _journal(file: Path, settings: "Campaign", *, reopen: bool) -> "Journal":
 
 
 def _stored(file: Path) -> "Campaign":
-    """The settings of a campaign that was begun with these versions and this source."""
+    """The settings of a campaign that was begun with these versions and this code."""
     from verification.journal import read_head  # noqa: PLC0415 - keeps --help quick
     from verification.search.campaign import Campaign  # noqa: PLC0415
 
@@ -101,7 +101,7 @@ def _stored(file: Path) -> "Campaign":
     except (KeyError, TypeError):
         raise typer.BadParameter(f"{_place(file)} is no campaign's", param_hint="--resume") from None
     if head != settings.head():
-        message = f"the campaign of {file} was begun with other versions or other source; start it anew"
+        message = f"the campaign of {file} was begun with other versions or other code; start it anew"
         raise typer.BadParameter(message, param_hint="--resume")
     return settings
 

@@ -1,8 +1,8 @@
 """The campaign, a profile of the search: which seeded problems, how each is treated, and its JSON file.
 
-Schema of the file: ``schema``, ``command`` (repeats the campaign), ``commit``, ``versions``, ``source``
-(digest of the Python source), ``settings`` (the fields of `Campaign`), ``reasons`` (failures by reason), and
-the plain data of `verification.search.tallies.Report`.
+Schema of the file: ``schema``, ``command`` (repeats the campaign), ``made`` (see
+`verification.provenance.stamp`), ``settings`` (the fields of `Campaign`), ``reasons`` (failures by reason),
+and the plain data of `verification.search.tallies.Report`.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,7 +13,7 @@ from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton.method import Newton
 from verification.problems.families import EXTREME, ORDINARY_DEGENERATE, RANDOM
-from verification.provenance import source_digest, versions
+from verification.provenance import SUBJECTS, code_digest, versions
 from verification.search.tallies import Case, Report
 
 SCHEMA = "convexperc/campaign/1"
@@ -84,17 +84,13 @@ class Campaign:
 
     def head(self) -> dict[str, Any]:
         """Everything that the outcome depends on, for the journal."""
-        return {
-            "schema": SCHEMA,
-            "settings": asdict(self),
-            "versions": versions(),
-            "source": source_digest(),
-        }
+        code = code_digest(*SUBJECTS["campaign"])
+        return {"schema": SCHEMA, "settings": asdict(self), "versions": versions(), "code": code}
 
-    def as_json(self, report: Report, commit: str) -> dict[str, Any]:
-        """Plain data of the file."""
-        told = {"command": self.command, "commit": commit, "reasons": report.reasons}
-        return self.head() | told | report.as_json()
+    def as_json(self, report: Report, made: dict[str, Any]) -> dict[str, Any]:
+        """Plain data of the file; `made` is the stamp of the program that ran it."""
+        settings = {"command": self.command, "made": made, "settings": asdict(self)}
+        return {"schema": SCHEMA, **settings, "reasons": report.reasons, **report.as_json()}
 
     def plan(self) -> list[Stretch]:
         """The shards, interleaved so that an early end has seen some of everything."""

@@ -2,9 +2,7 @@
 
 import io
 import json
-import os
 import re
-import signal
 from collections import Counter
 from dataclasses import asdict, dataclass, replace
 
@@ -21,12 +19,14 @@ from verification.__main__ import app
 from verification.checks.clarabel import Tally as ClarabelTally
 from verification.journal import Journal
 from verification.problems.families import EXTREME, FAMILIES
+from verification.provenance import is_current, stamp
 from verification.search import campaign as profile
 from verification.search import certify
 from verification.search.campaign import SHARD, SOLVERS, Campaign, Stretch
 from verification.search.certify import count_shard, run
 from verification.search.screen import clarabel_table, details, families_table
 from verification.search.tallies import Case, Reason, Report, Tally
+from verification.search.tasks import run_tasks
 
 FEW = Campaign(random=3, degenerate=5, referee=0)
 
@@ -51,18 +51,6 @@ class Lazy:
 
     def solve(self, problem):
         return SolverResult(np.zeros(problem.n), np.zeros(problem.d), "optimal", 0)
-
-
-@dataclass(frozen=True)
-class Killing:
-    """A solver that ends its process where all lambdas are 0."""
-
-    name: str = "newton"
-
-    def solve(self, problem):
-        if not any(problem.lambdas):
-            os.kill(os.getpid(), signal.SIGKILL)
-        return Newton().solve(problem)
 
 
 def cases(campaign):
@@ -224,20 +212,28 @@ def test_a_resumed_campaign_is_the_unbroken_one(unbroken, tmp_path, monkeypatch)
     assert file.stat().st_size < 1000 * CHECKED.total, "a shard takes a few hundred bytes"
 
 
-def test_a_killed_worker_loses_its_shard_only_and_a_resumed_run_repairs_it(unbroken, tmp_path, plant):
-    plant(Killing)
-    journal = Journal(tmp_path / "run.jsonl", CHECKED.head())
-    found = run(CHECKED, jobs=2, journal=journal)
-    assert list(found.lost) == ["all_lambdas_zero|0|1"], found.lost
-    assert "SIGKILL" in found.lost["all_lambdas_zero|0|1"], found.lost
+def test_two_processes_count_the_same(unbroken):
+    assert run(CHECKED, jobs=2) == unbroken
+
+
+def test_a_shard_that_was_lost_is_told_and_a_resumed_run_repairs_it(unbroken, tmp_path, monkeypatch):
+    name = "all_lambdas_zero|0|1"
+
+    def losing(tasks, take, **options):
+        return run_tasks({key: task for key, task in tasks.items() if key != name}, take, **options) | {
+            name: "planted"
+        }
+
+    monkeypatch.setattr(certify, "run_tasks", losing)
+    found = run(CHECKED, journal=Journal(tmp_path / "run.jsonl", CHECKED.head()))
+    assert found.lost == {name: "planted"}, found.lost
     assert found.total == CHECKED.total - 1
-    assert not found.failures
-    assert not found.clean
-    assert [line for line in details(found) if line.startswith("LOST")], list(details(found))
+    assert (found.failures, found.contradictions, found.clean) == ([], [], False)
+    assert "LOST family|first|count all_lambdas_zero|0|1: planted" in list(details(found))
     assert Report.from_json(json.loads(json.dumps(found.as_json()))) == found
-    plant(Newton)
+    monkeypatch.undo()
     again = run(CHECKED, journal=Journal(tmp_path / "run.jsonl", CHECKED.head()))
-    assert again == unbroken, "two workers and one count the same"
+    assert again == unbroken
     assert again.clean, again
 
 
@@ -280,8 +276,8 @@ def test_the_command_runs_saves_and_resumes(tmp_path):
     settings = Campaign(2, 3, referee=1, clarabel=1)
     assert data["settings"] == asdict(settings), data
     assert data["command"] == settings.command, data
-    assert {key: data[key] for key in settings.head()} == settings.head(), data
-    assert data["commit"], data
+    assert data["made"] == stamp("campaign"), data
+    assert is_current(data, "campaign"), data
     report = Report.from_json(data)
     assert report.total == 5 == sum(tally.total for tally in report.clarabel.values())
     journal = tmp_path / ".journal" / "out.json.jsonl"
@@ -319,11 +315,11 @@ def test_misuse_is_told_before_anything_is_done(tmp_path):
     (tmp_path / ".journal" / "out.json.jsonl").write_text("{}")
     assert command("--resume", file).exit_code == 2
     (tmp_path / ".journal" / "out.json.jsonl").unlink()
-    other = Campaign(1, 0).head() | {"source": "another"}
+    other = Campaign(1, 0).head() | {"code": "another"}
     Journal(tmp_path / ".journal" / "out.json.jsonl", other)
     found = command("--resume", file)
     assert found.exit_code == 2, found.output
-    assert "other versions or other source" in re.sub(r"[\s│]+", " ", found.output), found.output
+    assert "other versions or other code" in re.sub(r"[\s│]+", " ", found.output), found.output
     assert not file.exists()
 
 
