@@ -5,7 +5,7 @@ import sys
 import typer
 
 from convexperc.errors import MissingExtraError, require
-from verification.commands import claims, experiments, replay, reports, solvers
+from verification.commands import campaign, claims, experiments, replay, reports, solvers
 
 app = typer.Typer(
     add_completion=False,
@@ -25,7 +25,7 @@ app.command()(experiments.experiments)
 app.command()(experiments.experiments_pages)
 app.command()(reports.reports)
 app.command()(solvers.families)
-app.command()(solvers.campaign)
+app.command()(campaign.campaign)
 app.command()(solvers.check)
 app.command()(solvers.bench)
 

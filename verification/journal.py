@@ -11,11 +11,31 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from convexperc.errors import FileFormatError
 from convexperc.files import write_atomic
 from verification.provenance import canonical
 
 MARK = 16
 """Letters of the SHA-256 that begins a line."""
+FINISHED = {"finished": True}
+"""The last line of a journal that has everything."""
+
+
+def read_head(file: Path) -> dict[str, Any]:
+    """What the outcome of a journal depends on.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read.
+    FileFormatError
+        It does not begin as a journal.
+    """
+    first = next(_lines(file), {})
+    if "head" not in first:
+        raise FileFormatError(file.name, value="no head", must="must be the journal of a run")
+    head: dict[str, Any] = first["head"]
+    return head
 
 
 class Journal:
@@ -28,6 +48,8 @@ class Journal:
         set aside under the name ``FILE.old``.
     head : dict
         All that the outcome depends on, as plain data.
+    reopen : bool
+        Whether a finished journal of the same head is continued, too.
 
     Attributes
     ----------
@@ -35,12 +57,13 @@ class Journal:
         By name, as read back.
     """
 
-    def __init__(self, file: Path, head: dict[str, Any]) -> None:
+    def __init__(self, file: Path, head: dict[str, Any], *, reopen: bool = False) -> None:
         self._file, self.entries = file, dict[str, Any]()
         file.parent.mkdir(parents=True, exist_ok=True)
         lines = list(_lines(file)) if file.exists() else []
-        if lines and lines[0] == {"head": json.loads(canonical(head))} and {"finished": True} not in lines:
-            self.entries = {line["name"]: line["entry"] for line in lines[1:]}
+        same = bool(lines) and lines[0] == {"head": json.loads(canonical(head))}
+        if same and (reopen or FINISHED not in lines):
+            self.entries = {line["name"]: line["entry"] for line in lines[1:] if line != FINISHED}
         elif file.exists():
             file.replace(file.with_name(file.name + ".old"))
         kept = [{"head": head}, *({"name": name, "entry": entry} for name, entry in self.entries.items())]
@@ -53,7 +76,7 @@ class Journal:
 
     def finish(self) -> None:
         """Say that nothing is left to do: the next run of the same head starts anew."""
-        self._append({"finished": True})
+        self._append(FINISHED)
 
     def _append(self, data: dict[str, Any]) -> None:
         with self._file.open("ab") as stream:

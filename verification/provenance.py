@@ -37,7 +37,10 @@ SOLVING = tuple(
 )
 JUDGING = ("verification/exact", "verification/problems", "verification/checks", "verification/search")
 SUBJECTS: dict[str, tuple[str, ...]] = {
-    "campaign": (*SOLVING, "verification/exact", "verification/problems", "verification/search"),
+    "campaign": (
+        *SOLVING,
+        *(f"verification/{name}" for name in ("exact", "problems", "search", "checks/clarabel.py")),
+    ),
     "benchmark": (*SOLVING, "convexperc/features", "convexperc/recognition", "verification/bench"),
     "faults": ("convexperc", *JUDGING, "verification/faults"),
     "report": (

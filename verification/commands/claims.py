@@ -4,16 +4,17 @@ import json
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
 from verification.commands.console import console
 from verification.commands.misuse import misuse
+from verification.commands.progress import progress
 from verification.commands.stored import attach, figures, read_stored
 
 if TYPE_CHECKING:
@@ -171,7 +172,7 @@ def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Op
 
 
 def _gather(options: "Options", out: Path) -> "Run":
-    """Run with a progress bar; keep the evidence, even of a run that was broken off."""
+    """Run and show the progress; keep the evidence, even of a run that was broken off."""
     from convexperc.files import check_place, write_json  # noqa: PLC0415 - keeps --help quick
     from verification.run.gather import gather  # noqa: PLC0415
 
@@ -181,16 +182,8 @@ def _gather(options: "Options", out: Path) -> "Run":
         kept.parent.mkdir(parents=True, exist_ok=True)
         for place in (kept, kept.with_name(f"{name}.jsonl"), out / "report.html"):
             check_place(place)
-    bars: dict[str, Any] = {}
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-
-        def progress(stage: str, done: int, total: int) -> None:
-            if stage not in bars:
-                bars[stage] = bar.add_task(stage, total=total)
-            bar.update(bars[stage], completed=done)
-
-        found = gather(options, kept.with_name(f"{name}.jsonl"), progress)
+    with progress() as show:
+        found = gather(options, kept.with_name(f"{name}.jsonl"), show)
         command = " ".join(["python -m verification", *_arguments(options)])
         found.evidence.settings = {"command": command} | found.evidence.settings
         write_json(kept, found.as_json())

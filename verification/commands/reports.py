@@ -49,7 +49,7 @@ STEPS = {
         "campaign",
         "campaign.json",
         (
-            "campaign --random 530000 --degenerate 450000 --extreme 20000 --referee 18 --raw 50"
+            "campaign --random 530000 --degenerate 450000 --extreme 20000 --referee 18 --clarabel 50"
             " --jobs {jobs} --json {out}/campaign.json",
         ),
     ),

@@ -18,7 +18,7 @@ from convexperc.solution.answers import Answers
 from convexperc.solvers.conic import Model
 from convexperc.solvers.newton.method import Newton
 from convexperc.solvers.osqp import Quadratic
-from verification.checks import raw
+from verification.checks import clarabel
 from verification.faults.fault import Fault, Plant, replaced, together, wrapped
 from verification.faults.formulation import single
 
@@ -166,7 +166,11 @@ SOLVERS = (
     Fault(
         "Clarabel's value off by 1e-4",
         "S1/optimal",
-        wrapped(raw, "raw", lambda found, *a: replace(found, value=found.value and found.value * 1.0001)),
+        wrapped(
+            clarabel,
+            "solve_directly",
+            lambda found, *a: replace(found, value=found.value and found.value * 1.0001),
+        ),
     ),
 )
 

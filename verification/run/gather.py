@@ -1,7 +1,6 @@
 """One run of the verifier: search, arguments, counterexamples and series become the evidence."""
 
 import time
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -9,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from convexperc.errors import ConvexpercError
-from verification.checks import clarabel_by_scale, cost
+from verification.checks import clarabel, cost
 from verification.checks.catalogue import CHECKS
 from verification.checks.interface import Check, Observation
 from verification.counterexamples.files import catalogue
@@ -182,10 +181,7 @@ def _search(options: Options, book: Journal, progress: Progress) -> Result:
         done += 0 if found.shard.hunt else found.problems
         progress("search", done, total)
 
-    with warnings.catch_warnings():
-        # joblib replaces a worker that has grown large; what it had to do is done all the same
-        warnings.filterwarnings("ignore", message="A worker stopped", category=UserWarning)
-        return search(checks, options.profile, options.seed, jobs=options.jobs, journal=book, progress=count)
+    return search(checks, options.profile, options.seed, jobs=options.jobs, journal=book, progress=count)
 
 
 def _counts(result: Result, options: Options) -> Iterator[Count]:
@@ -248,7 +244,7 @@ def _series(options: Options, result: Result, run: Run, progress: Progress) -> N
         evidence.volatile["times"] = cost.times()
     progress("series", 2, 3)
     if wants("S1/optimal"):
-        evidence.series["clarabel"] = clarabel_by_scale.series(options.profile.per_scale, seed=options.seed)
+        evidence.series["clarabel"] = clarabel.by_scale(options.profile.per_scale, seed=options.seed)
     progress("series", 3, 3)
 
 

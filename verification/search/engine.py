@@ -1,17 +1,15 @@
-"""All shards of a run, by as many workers as wanted, joined in one order whatever order they end in.
-
-The workers are joblib's: under ``joblib.parallel_config(backend="dask")`` they are those of a Dask cluster.
-"""
+"""All shards of a run, by as many workers as wanted, joined in one order whatever order they end in."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-
-from joblib import Parallel, delayed
+from functools import partial
+from typing import Any
 
 from verification.checks.interface import Check
 from verification.journal import Journal
 from verification.search.profiles import Profile
 from verification.search.shards import Case, Found, Shard, Tally, explore
+from verification.search.tasks import run_tasks
 
 TELLING = 12
 """Problems of a family from which on most of them must not be trivial: the first is all zeros."""
@@ -34,7 +32,7 @@ class Result:
     formulas : int
         Of all problems, those of checks that run no code of the product; see `Check.product`.
     broken : list of str
-        Exceptions of checks.
+        Exceptions of checks, and shards that were lost with their workers.
     unreached : list of str
         Checks and families without a single problem, or where most problems are trivial.
     """
@@ -121,7 +119,7 @@ def search(
     seed : int
         Two runs of one seed find the same, however many workers there are and wherever a run was broken.
     jobs : int
-        Worker processes.
+        Worker processes; 1 works in this one.
     journal : Journal, optional
         Keeps finished shards; those it has already are not done again.
     progress : callable
@@ -151,19 +149,24 @@ def _run(
     journal: Journal | None,
     progress: Callable[[Found], None],
 ) -> list[Found]:
-    """What every shard found, in the order of the plan."""
-    kept = {} if journal is None else journal.entries
-    found = {shard.key: Found.from_json(kept[shard.key]) for shard in shards if shard.key in kept}
-    for each in found.values():
-        progress(each)
-    rest = [shard for shard in shards if shard.key not in found]
-    workers = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
-    for each in workers(delayed(explore)(shard, named[shard.check], seed) for shard in rest):
-        found[each.key] = each
-        if journal is not None:
-            journal.put(each.key, each.as_json())
-        progress(each)
-    return [found[shard.key] for shard in shards]
+    """What every shard found, in the order of the plan; a lost shard found nothing and is broken."""
+    tasks = {shard.key: partial(_explored, shard, named[shard.check], seed) for shard in shards}
+    found = dict[str, Found]()
+
+    def take(key: str, data: dict[str, Any]) -> None:
+        found[key] = Found.from_json(data)
+        progress(found[key])
+
+    for key, data in ({} if journal is None else dict(journal.entries)).items():
+        if key in tasks:
+            take(key, data)
+    for key, ending in run_tasks(tasks, take, jobs=jobs, journal=journal).items():
+        found[key] = Found(key, broken=[f"shard {key} is lost: {ending}"])
+    return [found[key] for key in tasks]
+
+
+def _explored(shard: Shard, check: Check, seed: int) -> dict[str, Any]:
+    return explore(shard, check, seed).as_json()
 
 
 def _hunts(result: Result, named: Mapping[str, Check], profile: Profile) -> list[Shard]:

