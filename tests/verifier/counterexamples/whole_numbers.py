@@ -3,8 +3,9 @@
 A screen only: what it finds is confirmed in exact arithmetic, and what it misses is below its tolerance.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,20 +31,21 @@ def shapes(largest: int) -> Iterator[tuple[int, tuple[int, ...]]]:
             yield n, sizes
 
 
-def problems(n: int, sizes: tuple[int, ...], total: int, lambda1: int = 1) -> Iterator[tuple[int, ...]]:
+@cache
+def problems(n: int, sizes: tuple[int, ...], total: int, lambda1: int = 1) -> tuple[tuple[int, ...], ...]:
     """Every (X, o, lambda1, lambda2, lambda3) in whole numbers whose sizes add up to `total`.
 
     No row of X is 0, lambda1 >= `lambda1`, and the first entry of X is > 0: columns can be exchanged, with
     their modalities, and change their sign with that of o without any change to w or F.
     """
     d = sum(sizes)
-    for numbers in _whole(n * d + d + 3, total, signed=n * d + d):
-        if (
-            numbers[0] > 0
-            and numbers[-3] >= lambda1
-            and all(any(numbers[i * d : i * d + d]) for i in range(n))
-        ):
-            yield numbers
+    return tuple(
+        numbers
+        for numbers in _whole(n * d + d + 3, total, signed=n * d + d)
+        if numbers[0] > 0
+        and numbers[-3] >= lambda1
+        and all(any(numbers[i * d : i * d + d]) for i in range(n))
+    )
 
 
 def whole_problem(n: int, sizes: tuple[int, ...], numbers: Whole) -> ExactProblem:
@@ -145,16 +147,10 @@ def _cleaned(values: Floats) -> Floats:
     return np.where(np.abs(values) < ZERO, 0.0, values)
 
 
-def batches(rows: Iterator[tuple[int, ...]]) -> Iterator[Whole]:
+def batches(rows: Sequence[tuple[int, ...]]) -> Iterator[Whole]:
     """Rows of `problems` by the `BATCH`."""
-    batch: list[tuple[int, ...]] = []
-    for row in rows:
-        batch.append(row)
-        if len(batch) == BATCH:
-            yield np.array(batch)
-            batch = []
-    if batch:
-        yield np.array(batch)
+    for start in range(0, len(rows), BATCH):
+        yield np.array(rows[start : start + BATCH])
 
 
 def _whole(count: int, total: int, signed: int) -> Iterator[tuple[int, ...]]:
