@@ -23,7 +23,7 @@ VERDICTS = {
     Verdict.REFUTED: "False as stated. A counterexample is stored, and it was confirmed during this run: in"
     " exact arithmetic or, where the claim is about a program, by running it again beside a proved interval."
     " Of the experiments: more than half of the configurations refute it, by a rule that was fixed before"
-    " looking."
+    " the results were seen."
     " This is a finding about the claim, not a failure of the run.",
     Verdict.INCONCLUSIVE: "None of these: nothing was decided, or cases failed that nobody could"
     " confirm exactly. Of the experiments: it depends on what the paper leaves open.",
