@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from convexperc.errors import FileFormatError, InputError, ProblemError
+from convexperc.errors import InputError, ProblemError
 from convexperc.problem.problem import Problem
 from convexperc.solvers.paper.loop import run
 from verification.exact import algorithm as exact_update
-from verification.exact.algorithm import ORDERS, SIZES, SingularStepError, Update, exact
-from verification.exact.balls import UnresolvedError, enclosed, root
+from verification.exact.algorithm import ORDERS, SIZES, SingularStepError, Update
+from verification.exact.balls import UnresolvedError
 from verification.exact.formulation import objective
 from verification.exact.loop import Rise, image, iterates, rise_confirmed, start, step
-from verification.exact.numbers import Enclosure, square_root
+from verification.exact.numbers import Enclosure
 from verification.exact.optimality import is_optimal, optimum_bounds
 from verification.exact.problem import ExactProblem
 from verification.problems.families import EXTREME, FAMILIES, seeded
@@ -252,13 +252,6 @@ def test_optimality_is_decided_exactly() -> None:
     assert not is_optimal(grouped, fractions("249/250"), fractions("448/3125", "336/3125"))
 
 
-def test_roots_are_rational_where_they_can_be() -> None:
-    assert enclosed(root(exact(Fraction(16, 9)))) == Enclosure(Fraction(4, 3), Fraction(4, 3))
-    assert square_root(Fraction(16, 9)) == Enclosure(Fraction(4, 3), Fraction(4, 3))
-    two = enclosed(root(exact(2)))
-    assert two.lower**2 < 2 < two.upper**2, two
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -271,26 +264,3 @@ def test_roots_are_rational_where_they_can_be() -> None:
 def test_bad_updates_are_named(arguments: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         Update(*arguments)
-
-
-def test_problems_go_to_json_and_back() -> None:
-    for problem in (GROUPED, P([["1/3"]], [1], [1], 0, "1/7", 2)):
-        assert ExactProblem.from_json(problem.as_json()) == problem
-    data = GROUPED.as_json()
-    for key, bad, words in (
-        ("X", [["1", "2"]], "rows of 3"),
-        ("X", [[1.5, 2, 3]], "strings p/q"),
-        ("o", ["1/0", "1", "1"], "strings p/q"),
-        ("modalities", [2], "add up to 3"),
-        ("modalities", [2, 0, 1], "whole numbers"),
-        ("lambda2", "-1", "lambda2 must be >= 0"),
-    ):
-        with pytest.raises(FileFormatError, match=words):
-            ExactProblem.from_json(data | {key: bad})
-    apart = Problem(
-        [[1, 2, 3]], [1, 2, 3], modalities={"a": [0, 2], "b": [1]}, lambda1=1, lambda2=1, lambda3=1
-    )
-    with pytest.raises(ProblemError, match="follow each other"):
-        ExactProblem.of(apart).as_json()
-    assert ExactProblem.of(apart).in_floats() is not None
-    assert P([["1/3"]], [1], [1], 1, 1, 1).in_floats() is None

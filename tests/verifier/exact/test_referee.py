@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from convexperc.problem.problem import Problem
 from verification.exact.formulation import dual_objective, is_dual_feasible, objective
-from verification.exact.numbers import Enclosure, rationals, square_root
+from verification.exact.numbers import Enclosure, rationals
 from verification.exact.reduced import Reduced
 from verification.exact.referee import optimum
 from verification.problems.families import FAMILIES, seeded
@@ -91,17 +91,6 @@ def test_the_gap_is_a_sum_of_terms_that_are_not_negative(problem: Problem) -> No
     terms += sum(lambda2 * abs(w)) + w @ v
     difference = objective(problem, w, u).upper - dual_objective(problem, a, b)
     assert difference == terms, (problem, difference, terms)
-
-
-def test_square_roots_are_enclosed_and_exact_where_they_are_dyadic() -> None:
-    for value in (Fraction(0), Fraction(9, 4), Fraction(1, 2**1200), Fraction(10**400)):
-        root = square_root(value)
-        assert root.lower**2 <= value <= root.upper**2, (value, root)
-        assert root.width == 0, (value, root)
-    for value in (Fraction(2), Fraction(1.5e-323), Fraction(1, 3), Fraction(3 * 2**2001)):
-        root = square_root(value)
-        assert root.lower**2 < value < root.upper**2, (value, root)
-        assert root.width <= root.upper / 2**200, (value, root)
 
 
 def test_an_exact_objective_matches_a_hand_computation() -> None:
