@@ -5,7 +5,7 @@ import hashlib
 import json
 import re
 from copy import deepcopy
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -241,7 +241,7 @@ def test_a_reading_without_a_scene_has_no_numbers(record, found):
 
 def test_surveys_come_back(found):
     for each in found.surveys:
-        assert Survey.from_json(json.loads(json.dumps(each.as_json()))) == each
+        assert Survey.from_json(json.loads(json.dumps(asdict(each)))) == each
     assert found.command == "python -m verification experiments --configurations 8 --photos DIR"
     with pytest.raises(InputError, match="at least one configuration"):
         survey(0, 0, 0)
