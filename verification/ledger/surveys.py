@@ -4,7 +4,7 @@ A configuration is one choice of all that the paper leaves open.
 """
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -132,13 +132,9 @@ class Survey:
         counts = f"refuted in {self.refuted}, open in {self.inconclusive}"
         return f"holds in {self.holds} of {self.readings} configurations, {counts}"
 
-    def as_json(self) -> dict[str, Any]:
-        """Plain data."""
-        return asdict(self)
-
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> "Survey":
-        """Read back what `as_json` wrote."""
+        """Read back what `dataclasses.asdict` gave."""
         levels = {
             factor: {level: Tally(*counts) for level, counts in by_level.items()}
             for factor, by_level in data["levels"].items()

@@ -25,11 +25,10 @@ from verification.experiments.measure.trials import (
     TIE,
     Known,
     Tried,
-    judge,
     recognitions,
+    scored,
 )
-from verification.experiments.measure.verdicts import Comparisons, rule_of
-from verification.experiments.measure.verdicts import judge as ruled
+from verification.experiments.measure.verdicts import Comparisons, judge, rule_of
 from verification.experiments.measure.weights import by_rank, chance_that_best_are_good
 from verification.experiments.scenes.pictures import obstruction
 from verification.ledger.claims import PARTS, PROTOCOL
@@ -118,7 +117,7 @@ def test_reading_the_data_once_gives_what_recognize_gives(seed: int) -> None:
             modalities=known.sizes,
         )
         assert (found.verdict, found.label) == (wanted.verdict, wanted.label), pair
-        assert judge(found, 1) == judge(wanted, 1), pair
+        assert scored(found, 1) == scored(wanted, 1), pair
 
 
 @pytest.mark.parametrize("copies", [2, 3])
@@ -129,9 +128,9 @@ def test_a_tie_scores_the_chance_of_a_fair_draw_whatever_the_order(copies: int) 
     for order in (np.arange(O.shape[1]), np.arange(O.shape[1])[::-1]):
         names = tuple("abcdefg"[k] for k in order)
         found = next(recognitions(X, Known(names, O[:, order], known.sizes, 0.1), [(0.1, 0.1)]))
-        outcome = judge(found, names.index("b"))
+        outcome = scored(found, names.index("b"))
         assert (outcome.kind, outcome.score, outcome.label) == (TIE, pytest.approx(1 / copies), -1), found
-        assert judge(found, names.index("a")).score == 0.0
+        assert scored(found, names.index("a")).score == 0.0
         naive.add(found.candidates[0] == "b")
     assert naive == {True, False}, "taking the first candidate would depend on the order, and be seen"
 
@@ -139,8 +138,8 @@ def test_a_tie_scores_the_chance_of_a_fair_draw_whatever_the_order(copies: int) 
 def test_where_nothing_is_explained_every_object_is_a_candidate() -> None:
     known, X = known_and_views()
     found = next(recognitions(X, known, [(1e6, 10.0)]))
-    assert judge(found, 3).score == pytest.approx(1 / 4)
-    assert KINDS[judge(found, 3).kind] == "tie"
+    assert scored(found, 3).score == pytest.approx(1 / 4)
+    assert KINDS[scored(found, 3).kind] == "tie"
 
 
 def test_subsets_are_of_the_right_size_and_depend_on_seed_and_scene_alone() -> None:
@@ -176,7 +175,7 @@ def rule(comparisons: int, smallest: float = 0.01) -> Rule:
 
 def said(claim: str, given: Measured) -> Comparison:
     """What one configuration says of a part, by the rule of the ledger."""
-    return ruled(CLAIMS[claim](given), rule_of(claim), DESIGN)
+    return judge(CLAIMS[claim](given), rule_of(claim), DESIGN)
 
 
 def paired(gain: float, noise: float, seed: int = 2) -> Comparisons:
@@ -188,23 +187,23 @@ def paired(gain: float, noise: float, seed: int = 2) -> Comparisons:
 
 
 def test_better_holds_equal_is_refuted_noisy_is_left_open() -> None:
-    assert ruled(paired(0.05, 0.1), rule(6), DESIGN).outcome == "holds"
-    assert ruled(paired(0.0, 0.01), rule(6), DESIGN).outcome == "refuted"
-    assert ruled(paired(0.02, 0.3), rule(6), DESIGN).outcome == "inconclusive"
-    assert ruled(paired(-0.05, 0.1), rule(6), DESIGN).outcome == "refuted"
+    assert judge(paired(0.05, 0.1), rule(6), DESIGN).outcome == "holds"
+    assert judge(paired(0.0, 0.01), rule(6), DESIGN).outcome == "refuted"
+    assert judge(paired(0.02, 0.3), rule(6), DESIGN).outcome == "inconclusive"
+    assert judge(paired(-0.05, 0.1), rule(6), DESIGN).outcome == "refuted"
 
 
 def test_the_comparison_that_decides_is_told() -> None:
     values = {"good": np.full(50, 0.2), "small": np.full(50, 0.1 - 0.09), "bad": np.full(50, -0.1)}
-    found = ruled(Comparisons(values), rule(3), DESIGN)
+    found = judge(Comparisons(values), rule(3), DESIGN)
     assert (found.outcome, found.name, found.units) == ("refuted", "bad", 50)
     del values["bad"]
     with pytest.raises(ValueError, match="the ledger fixes 3"):
-        ruled(Comparisons(values), rule(3), DESIGN)
-    found = ruled(Comparisons(values, left_out=3), rule(2), DESIGN)
+        judge(Comparisons(values), rule(3), DESIGN)
+    found = judge(Comparisons(values, left_out=3), rule(2), DESIGN)
     assert (found.outcome, found.name) == ("holds", "small"), "0.1 - 0.09 is no less than 0.01"
     assert found.left_out == 3
-    nothing = ruled(Comparisons({"none": np.zeros(0)}, left_out=9), rule(1), DESIGN)
+    nothing = judge(Comparisons({"none": np.zeros(0)}, left_out=9), rule(1), DESIGN)
     assert (nothing.outcome, nothing.statistic, nothing.units) == ("inconclusive", None, 0)
 
 

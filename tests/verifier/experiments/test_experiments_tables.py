@@ -41,7 +41,7 @@ from verification.experiments.measure.trials import (
     UNDECIDED,
     WRONG,
     Known,
-    Outcome,
+    TrialOutcome,
     Tried,
     run_explained,
     run_trials,
@@ -130,12 +130,12 @@ def layout(monkeypatch: pytest.MonkeyPatch) -> Layout:
         truth: int,
         wanted: Mapping[Subset, Sequence[Pair]],
         decision: Any,
-    ) -> dict[tuple[Subset, Pair], Outcome]:
+    ) -> dict[tuple[Subset, Pair], TrialOutcome]:
         scene = found.scenes[int(views[0, 0])]
         assert found.truth(scene) == truth
         explained = decision is trials.Decision.EXPLAINED_FRACTION
         return {
-            (subset, pair): Outcome(
+            (subset, pair): TrialOutcome(
                 CODE[KIND.get(pair, "right")],
                 score(pair, len(subset), scene, explained),
                 -1 if KIND.get(pair) in ("tie", "undecided") else (truth + 1) % 3,

@@ -5,7 +5,7 @@ import hashlib
 import json
 import re
 from copy import deepcopy
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -112,13 +112,15 @@ def test_a_claim_is_refuted_if_a_part_is_and_supported_if_all_are(zero, two, exp
     assert judge_all(Evidence(surveys=kept))["X6"].verdict is expected
 
 
-def test_the_rule_of_a_reading():
+def test_the_rule_of_a_configuration():
     rule = Rule("scenes", "statistic", 2, 0.01)
     assert rule.outcome(-0.02, 0.009) is SurveyOutcome.REFUTED
     assert rule.outcome(0.001, 0.009) is SurveyOutcome.REFUTED, "a gain that small is no gain"
     assert rule.outcome(-0.02, 0.01) is SurveyOutcome.INCONCLUSIVE
     assert rule.outcome(0.0, 0.02) is SurveyOutcome.INCONCLUSIVE
     assert rule.outcome(0.001, 0.02) is SurveyOutcome.HOLDS
+    assert rule.decisive([-0.5, -0.1], [0.5, 0.009]) == 1, "the surely small one refutes, not the unsure one"
+    assert rule.decisive([-0.5, -0.1], [0.5, 0.01]) == 0, "none refutes: the least sure one decides"
     with pytest.raises(InputError, match="comparisons"):
         Rule("scenes", "statistic", 0, 0.0)
     assert {key: PARTS[key].rule.comparisons for key in PARTS_X if PARTS[key].rule.comparisons > 1} == {
@@ -241,7 +243,7 @@ def test_a_reading_without_a_scene_has_no_numbers(record, found):
 
 def test_surveys_come_back(found):
     for each in found.surveys:
-        assert Survey.from_json(json.loads(json.dumps(each.as_json()))) == each
+        assert Survey.from_json(json.loads(json.dumps(asdict(each)))) == each
     assert found.command == "python -m verification experiments --configurations 8 --photos DIR"
     with pytest.raises(InputError, match="at least one configuration"):
         survey(0, 0, 0)

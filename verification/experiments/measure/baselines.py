@@ -11,7 +11,7 @@ from verification.experiments.measure.trials import Known
 from verification.experiments.scenes.pictures import Layout
 
 Floats = NDArray[np.float64]
-EQUAL = 1e-12
+TIE_TOLERANCE = 1e-12
 """Values that differ by no more than this, relatively, are a tie."""
 RIDGE = 0.1
 """The weight of ||w||^2."""
@@ -42,7 +42,7 @@ BASELINES: dict[str, Callable[[Floats, Floats, Floats], Floats]] = {
 
 def score(values: Floats, truth: int) -> float:
     """The chance that a fair draw among the lowest values is right."""
-    lowest = values <= values.min() + EQUAL * np.abs(values).max()
+    lowest = values <= values.min() + TIE_TOLERANCE * np.abs(values).max()
     return float(lowest[truth] / lowest.sum())
 
 

@@ -19,7 +19,7 @@ KINDS = ("right", "wrong", "tie", "undecided")
 TOLERANCE = 1e-6
 """Relative gap to which the best template is certified.
 A label is proved by disjoint intervals, whatever this is."""
-SAME = 1e-9
+LENGTH_ROUNDING = 1e-9
 """Relative difference of lengths that rounding explains."""
 RIGHT, WRONG, TIE, UNDECIDED = range(4)
 
@@ -46,11 +46,11 @@ class Known:
     def shortest(self) -> int | None:
         """The reference of the smallest length; None where all are equally long."""
         lengths = np.linalg.norm(self.O, axis=0)
-        return None if lengths.max() <= lengths.min() * (1.0 + SAME) else int(lengths.argmin())
+        return None if lengths.max() <= lengths.min() * (1.0 + LENGTH_ROUNDING) else int(lengths.argmin())
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class TrialOutcome:
     """What came of one trial.
 
     Attributes
@@ -83,7 +83,7 @@ class Tried:
     labels: NDArray[np.int64]
 
     @classmethod
-    def of(cls, outcomes: Iterable[Outcome], shape: tuple[int, ...]) -> "Tried":
+    def of(cls, outcomes: Iterable[TrialOutcome], shape: tuple[int, ...]) -> "Tried":
         """Arrange outcomes, the last axis fastest."""
         found = list(outcomes)
         return cls(
@@ -114,7 +114,7 @@ class Trials:
     grid: Tried
 
 
-def judge(found: Recognition, truth: int) -> Outcome:
+def scored(found: Recognition, truth: int) -> TrialOutcome:
     """Score a recognition so that the order of the objects does not matter.
 
     Parameters
@@ -125,9 +125,9 @@ def judge(found: Recognition, truth: int) -> Outcome:
     """
     if found.verdict is Verdict.PROVED:
         label = found.names.index(found.candidates[0])
-        return Outcome(RIGHT if label == truth else WRONG, float(label == truth), label)
+        return TrialOutcome(RIGHT if label == truth else WRONG, float(label == truth), label)
     chance = 1.0 / len(found.candidates) if found.names[truth] in found.candidates else 0.0
-    return Outcome(TIE if found.verdict is Verdict.TIE else UNDECIDED, chance, -1)
+    return TrialOutcome(TIE if found.verdict is Verdict.TIE else UNDECIDED, chance, -1)
 
 
 def run_trials(layout: Layout, X: Floats, known: Known, design: Design) -> Trials:
@@ -141,8 +141,8 @@ def run_trials(layout: Layout, X: Floats, known: Known, design: Design) -> Trial
     known : Known
     design : Design
     """
-    settings: list[Outcome] = []
-    grid: list[Outcome] = []
+    settings: list[TrialOutcome] = []
+    grid: list[TrialOutcome] = []
     for scene, rows in layout.rows():
         subsets = drawn(design, layout.name, scene)
         two = of_grid(subsets)
@@ -159,7 +159,7 @@ def run_trials(layout: Layout, X: Floats, known: Known, design: Design) -> Trial
 
 def run_explained(layout: Layout, X: Floats, known: Known, design: Design) -> Tried:
     """Decide the trials of the settings by F* / ||o||^2 in place of F*; see `run_trials`."""
-    settings: list[Outcome] = []
+    settings: list[TrialOutcome] = []
     for scene, rows in layout.rows():
         subsets = drawn(design, layout.name, scene)
         wanted = {s: SETTINGS for each in subsets for s in each}
@@ -173,7 +173,7 @@ def score_explained(layout: Layout, X: Floats, known: Known) -> float:
     scores = []
     for scene, rows in layout.rows():
         (found,) = recognitions(X[rows], known, [BOTH], Decision.EXPLAINED_FRACTION)
-        scores.append(judge(found, layout.truth(scene)).score)
+        scores.append(scored(found, layout.truth(scene)).score)
     return float(np.mean(scores))
 
 
@@ -183,12 +183,12 @@ def _shape(layout: Layout, design: Design) -> tuple[int, ...]:
 
 def _outcomes(
     views: Floats, known: Known, truth: int, wanted: Mapping[Subset, Sequence[Pair]], decision: Decision
-) -> dict[tuple[Subset, Pair], Outcome]:
+) -> dict[tuple[Subset, Pair], TrialOutcome]:
     """Each subset and choice of the lambdas once."""
-    found: dict[tuple[Subset, Pair], Outcome] = {}
+    found: dict[tuple[Subset, Pair], TrialOutcome] = {}
     for subset, pairs in wanted.items():
         results = recognitions(views[list(subset)], known, pairs, decision)
-        found |= {(subset, pair): judge(each, truth) for pair, each in zip(pairs, results, strict=True)}
+        found |= {(subset, pair): scored(each, truth) for pair, each in zip(pairs, results, strict=True)}
     return found
 
 

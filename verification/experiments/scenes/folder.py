@@ -22,7 +22,7 @@ from verification.experiments.scenes.pictures import (
 )
 
 MANIFEST = "manifest.json"
-NEAR = 40.0
+GOOD_WITHIN = 40.0
 """A view within as many degrees of the reference's direction shows what the reference shows."""
 TWO_SIDED = "-car"
 """Objects of such a name look the same from the opposite side."""
@@ -108,7 +108,7 @@ def _scene(folder: Path, record: Mapping[str, Any]) -> tuple[Scene, list[tuple[P
 
 def _view(name: str, record: Mapping[str, Any]) -> View:
     azimuth, share = float(record["azimuth"]), float(record["visible_share"])
-    near = abs(azimuth) <= NEAR or (name.endswith(TWO_SIDED) and abs(azimuth) >= 180.0 - NEAR)
+    near = abs(azimuth) <= GOOD_WITHIN or (name.endswith(TWO_SIDED) and abs(azimuth) >= 180.0 - GOOD_WITHIN)
     view = View(record["name"], share, azimuth=azimuth)
     return View(view.name, share, near and view.obstruction == "none", azimuth)
 

@@ -22,8 +22,8 @@ from verification.experiments.scenes.pictures import (
 
 SCENES = 6
 """Scenes of each object and level, and of each object in the case study."""
-NEAR, FAR = 45.0, 90.0
-"""Degrees: a good view is at most NEAR from the reference's direction, a bad one covered or beyond FAR."""
+GOOD_WITHIN, BAD_BEYOND = 45.0, 90.0
+"""Degrees from the reference's direction: at most, of a good view; more than, of a bad one in the clear."""
 
 Drawn = tuple[Scene, list[tuple[Picture, Mask]]]
 
@@ -83,9 +83,9 @@ def _levels(album: Album, seed: int) -> Iterator[Drawn]:
 
 def _study(album: Album, seed: int) -> Iterator[Drawn]:
     """Scenes with three clear views from near the reference's direction and two others."""
-    near = [photo for photo in album.others if _within(album, photo, 0.0, NEAR)]
+    near = [photo for photo in album.others if _within(album, photo, 0.0, GOOD_WITHIN)]
     if len(near) < GOOD_VIEWS:
-        must = f"must have at least {GOOD_VIEWS} views within {NEAR:g} degrees of the reference's"
+        must = f"must have at least {GOOD_VIEWS} views within {GOOD_WITHIN:g} degrees of the reference's"
         raise InputError(f"photographs of {album.object}", value=[photo.name for photo in near], must=must)
     for number in range(SCENES):
         name = f"{album.object}-study-{number:02d}"
@@ -108,7 +108,7 @@ def _within(album: Album, photo: Photo, low: float, high: float) -> bool:
 def _spoiled(album: Album, photo: Photo, rng: np.random.Generator) -> str:
     """How a view is made one that is not good: it may be left clear if it is far off."""
     turned = album.turned(photo)
-    far = turned is not None and abs(turned) > FAR
+    far = turned is not None and abs(turned) > BAD_BEYOND
     return "none" if far and rng.random() < 0.5 else "full"
 
 
@@ -122,7 +122,7 @@ def _scene(
             cover = cover_fully if kind == "full" else cover_partly
             covered = cover(picture, mask, rng)
             picture, mask, share = covered.picture, covered.mask, covered.visible_share
-        good = level == CASE_STUDY and kind == "none" and _within(album, photo, 0.0, NEAR)
+        good = level == CASE_STUDY and kind == "none" and _within(album, photo, 0.0, GOOD_WITHIN)
         views.append(View(f"robot-{number}", share, good, album.turned(photo)))
         seen.append((picture, mask))
     return Scene(name, album.object, level, tuple(views)), seen

@@ -16,9 +16,9 @@ ONE_VIEW = (
     " lambdas are: F*_j = ||o_j||^2 - psi(|x'o_j|) with one psi for all, which never falls. So at n = 1 the"
     " lambdas gain nothing in such a configuration."
 )
-OWN = (1.0, 0.1)
+LIBRARY_LAMBDAS = (1.0, 0.1)
 """(lambda2, lambda3) that `convexperc recognize` takes unless told otherwise."""
-LONGER = ("sum one by modality", "none")
+UNEQUAL_LENGTHS = ("sum one by modality", "none")
 """Normalisations under which references differ in length."""
 
 
@@ -117,19 +117,19 @@ def _own(pictures: Data, design: Data) -> str:
         return f"{percent(grid[values.index(lambda2)][values.index(lambda3)]['score'])} %"
 
     return (
-        f"`convexperc recognize` takes (lambda2, lambda3) = {pair(OWN)}, with features of unit length by"
-        f" modality. On the grid's subsets that scores {score(*OWN)}, the paper's (0.1, 0.1)"
-        f" {score(0.1, 0.1)}, least squares {score(0.0, 0.0)}.{_ranked(pictures)} The lambdas are of the size"
-        " of ||o||^2, which is 3 there: with other features choose them anew."
+        f"`convexperc recognize` takes (lambda2, lambda3) = {pair(LIBRARY_LAMBDAS)}, with features of unit"
+        f" length by modality. On the grid's subsets that scores {score(*LIBRARY_LAMBDAS)}, the paper's"
+        f" (0.1, 0.1) {score(0.1, 0.1)}, least squares {score(0.0, 0.0)}.{_ranked(pictures)} The lambdas are"
+        " of the size of ||o||^2, which is 3 there: with other features choose them anew."
     )
 
 
 def _ranked(pictures: Data) -> str:
     """What the same lambdas do to the ranking."""
     found = {tuple(each["lambdas"]): each for each in pictures.get("rankings", ())}
-    if OWN not in found or (0.1, 0.1) not in found:
+    if LIBRARY_LAMBDAS not in found or (0.1, 0.1) not in found:
         return ""
-    own, paper = found[OWN], found[0.1, 0.1]
+    own, paper = found[LIBRARY_LAMBDAS], found[0.1, 0.1]
     return (
         f" It proves {own['proved zero']} of {own['full']} hidden views to be of no use, (0.1, 0.1)"
         f" {paper['proved zero']}; the three good views of the case study come first in"
@@ -189,14 +189,14 @@ def _shortest(limits: Data) -> str:
     counted = [
         f"with {name} {found['shortest']:,} of {found['wrong']:,} wrong labels are the shortest reference"
         for name, found in limits.get("shortest", {}).items()
-        if name in LONGER and found["wrong"]
+        if name in UNEQUAL_LENGTHS and found["wrong"]
     ]
     if "objective" in limits and "explained" in limits:
         counted += [
             f"with {name} the score is {percent(limits['objective'][name])} % by F* and"
             f" {percent(limits['explained'][name])} % by the explained fraction F*/||o||^2"
             for name in limits["objective"]
-            if name in LONGER and name in limits["explained"]
+            if name in UNEQUAL_LENGTHS and name in limits["explained"]
         ]
     if not counted:
         return ""

@@ -1,6 +1,7 @@
 """What the report shows of a record of the experiments: the default configuration, and counts of all."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from verification.experiments.design import NOTHING
 from verification.experiments.record.reading import Experiments
 from verification.ledger.claims import PARTS
 from verification.ledger.surveys import DECIDING, Survey, SurveyOutcome
-from verification.ledger.verdicts import survey_verdict
+from verification.report.contents import SurveyCounts
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 """Of the accuracy over the configurations; the ends, nine tenths of them, and the middle."""
@@ -51,18 +52,10 @@ def in_order(sets: list[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     return sorted(sets, key=lambda each: each["name"] != DECIDING)
 
 
-def survey_table(survey: Survey) -> dict[str, Any]:
-    """Counts and the deciding comparison of the default configuration."""
-    data = survey.as_json()
-    kept = ("pictures", "holds", "refuted", "inconclusive", "default")
-    named = {key: data[key] for key in kept}
-    return named | {"readings": survey.readings, "verdict": survey_verdict(survey).value}
-
-
 def _set(pictures: Mapping[str, Any], found: Experiments) -> dict[str, Any]:
     own = {each.part: each for each in found.surveys if each.pictures == pictures["name"]}
     claims = {
-        key: survey_table(own[key]) | {"levels": own[key].levels, "extremes": _extremes(own[key])}
+        key: asdict(SurveyCounts.of(own[key])) | {"levels": own[key].levels, "extremes": _extremes(own[key])}
         for key in PARTS
         if key in own
     }
