@@ -26,8 +26,10 @@ NEAR = "the first one, its last entry changed in the last digits"
 """Its first entries are those of the first one, and the intervals of the two overlap."""
 SCALED = "another template of another size"
 SWAPPED = "two columns of equal data exchanged"
-DIGITS = (30, 26, 40)
+DIGITS = (44, 30, 40)
 """A near template differs from the first one by 2^-this of its largest entry."""
+KINDS = (FRESH, COPY, NEGATED, SCALED, NEAR, NEAR)
+"""Near ones twice: only with the first one among the best do their intervals overlap where it matters."""
 SIZES = (2.0**20, 1e6, 1e-6, 2.0**-20)
 ALONE, WARM, PATH, SHARED = "alone", "from other answers", "on a path", "with a library used before"
 WAYS = (ALONE, WARM, PATH, SHARED)
@@ -56,7 +58,7 @@ def drawn_templates(problem: Problem, source: Source) -> Drawn:
     """Draw up to three more templates, most of them made of the first one."""
     group = next((g for g in ExactProblem.of(problem).groups if len(g) > 1), None)
     templates, twins, X = [problem.o], [0], problem.X
-    kinds = (FRESH, COPY, NEGATED, NEAR, SCALED, SWAPPED) if group else (FRESH, COPY, NEGATED, NEAR, SCALED)
+    kinds = (*KINDS, SWAPPED) if group else KINDS
     for j in range(1, source.integer(2, 4)):
         kind, o = source.choice(kinds), problem.o.copy()
         if kind in (FRESH, SCALED):

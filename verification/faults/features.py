@@ -83,6 +83,7 @@ PICTURE = (
         "the image library doubles one half of the gradient",
         "B5/hog",
         wrapped(skimage_hog, "_hog_channel_gradient", _rows_doubled),
+        also=("B5/partition",),
         families=PICTURES,
     ),
     Fault("the image library compares the wrong way round", "B5/lbp", _of_the_negative, families=PICTURES),

@@ -124,7 +124,7 @@ LABEL = (
         "B4/share",
         replaced(recognizing, "cost_bounds", lambda answers, decision: (answers.lower, answers.upper)),
     ),
-    Fault("a tie without one of its candidates", "B4/tie", decided(_halved)),
+    Fault("a tie without one of its candidates", "B4/tie", decided(_halved), also=("B4/label",)),
     Fault("a lowest template called a tie", "R1/separated", decided(_called_tie)),
     Fault(
         "undecided called proved",

@@ -229,7 +229,10 @@ def _series(options: Options, result: Result, run: Run, progress: Progress) -> N
     """The numbers of the plots; costs are counted, and also timed, which may vary."""
     evidence, wants = run.evidence, options.wants
     evidence.series["coverage"] = series.coverage(result)
-    evidence.series["problems"] = {"cases": result.total - result.formulas, "formulas": result.formulas}
+    evidence.series["problems"] = {
+        "of the code": result.total - result.formulas,
+        "of formulas alone": result.formulas,
+    }
     if wants("T1a/printed/gauss_seidel"):
         evidence.series["counterexample"] = series.counterexample()
     if wants("T1b/printed/gauss_seidel"):
