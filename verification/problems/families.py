@@ -36,8 +36,8 @@ def recognition(source: Source) -> Draft:
 
 
 def zero_row(source: Source) -> Draft:
-    """One robot saw nothing."""
-    p = draft(source)
+    """One of several robots saw nothing."""
+    p = draft(source, least_n=2)
     p.X[source.integer(0, p.X.shape[0] - 1)] = 0.0
     return p
 
@@ -104,7 +104,8 @@ def zero_target(source: Source) -> Draft:
 def target_in_span(source: Source) -> Draft:
     """The target is a combination of the rows, so that the loss alone can reach 0 (up to rounding)."""
     p = draft(source)
-    p.o = p.X.T @ np.array([float(source.integer(-2, 2)) for _ in range(p.X.shape[0])])
+    coefficients = np.array([float(source.integer(-2, 2)) for _ in range(p.X.shape[0])])
+    p.o = p.X.T @ (coefficients if coefficients.any() else coefficients + 1.0)
     return p
 
 

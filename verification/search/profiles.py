@@ -15,23 +15,23 @@ class Profile:
     name : str
     problems : int
         Problems of each family that a check of share 1 is tried on.
-    least : int
-        Problems of each family that every check is tried on, whatever its share: at least 4, since Hypothesis
-        begins with the simplest problem, all zeros.
     shard : int
         Most problems that a worker takes at a time; what a kill can lose.
     hunts : bool
         Whether failures of every part are shrunk, or those of stated parts alone.
     per_scale : int
         Problems a scale for the plot of Clarabel.
+    least : int
+        Problems of each family that every check is tried on, whatever its share: at least 4, since Hypothesis
+        begins with the simplest problem, all zeros.
     """
 
     name: str
     problems: int
-    least: int
     shard: int
     hunts: bool
     per_scale: int
+    least: int = 4
 
     def budget(self, check: Check) -> int:
         """Problems of each family for one check."""
@@ -45,8 +45,8 @@ class Profile:
 PROFILES = {
     each.name: each
     for each in (
-        Profile("quick", problems=8, least=4, shard=64, hunts=False, per_scale=4),
-        Profile("ci", problems=40, least=12, shard=64, hunts=True, per_scale=12),
-        Profile("full", problems=690, least=36, shard=175, hunts=True, per_scale=100),
+        Profile("quick", problems=8, shard=64, hunts=False, per_scale=4),
+        Profile("ci", problems=40, shard=64, hunts=True, per_scale=12, least=12),
+        Profile("full", problems=690, shard=175, hunts=True, per_scale=100, least=36),
     )
 }

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from types import FrameType
 from typing import Any
 
@@ -81,7 +82,7 @@ def test_zeros_that_a_family_does_not_ask_for_are_trivial() -> None:
 
 
 def called(check: Check, problems: int) -> set[str]:
-    """Modules of convexperc, those of the data apart, of which a function was called."""
+    """Modules of convexperc, those of the data apart, that the first problem with any of them calls."""
     found: set[str] = set()
     root = convexperc.__name__
 
@@ -90,14 +91,15 @@ def called(check: Check, problems: int) -> set[str]:
         if event == "call" and module.split(".")[0] == root:
             found.add(module)
 
-    for family in check.families[:2]:
-        for index in range(problems):
-            problem = seeded(family, 6, index, largest=check.largest)
-            observe_quietly(check, problem, index, note)
-    return {module for module in found if module not in {f"{root}.problem.{name}" for name in DATA}}
+    for family, index in product(check.families[:2], range(problems)):
+        observe_profiled(check, seeded(family, 6, index, largest=check.largest), index, note)
+        found -= {f"{root}.problem.{name}" for name in DATA}
+        if found:
+            break
+    return found
 
 
-def observe_quietly(check: Check, problem: Any, index: int, note: Callable[..., None]) -> None:
+def observe_profiled(check: Check, problem: Any, index: int, note: Callable[..., None]) -> None:
     """Observe with a profile function; it is taken out again, whatever happens."""
     source, before = Seeded(np.random.default_rng(index), check.largest), sys.getprofile()
     sys.setprofile(note)
