@@ -103,10 +103,13 @@ def test_no_example_is_left_out():
 
 
 def test_the_example_of_workers_elsewhere_names_what_there_is():
-    for statement in ast.walk(ast.parse("".join(blocks("CONTRIBUTING.md", "python")))):
-        if isinstance(statement, ast.ImportFrom):
-            for name in statement.names:
-                resolve_name(f"{statement.module}:{name.name}")
+    imports = [
+        each
+        for each in ast.walk(ast.parse("".join(blocks("CONTRIBUTING.md", "python"))))
+        if isinstance(each, ast.ImportFrom)
+    ]
+    names = [resolve_name(f"{each.module}:{name.name}") for each in imports for name in each.names]
+    assert len(names) >= 2, "the example imports nothing"
 
 
 def test_the_problem_of_the_command_line_page_can_be_read(tmp_path):

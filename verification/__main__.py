@@ -5,7 +5,7 @@ import sys
 import typer
 
 from convexperc.errors import MissingExtraError, require
-from verification.commands import campaign, claims, experiments, replay, reports, solvers
+from verification.commands import campaign, claims, experiments, faults, replay, reports, solvers
 
 app = typer.Typer(
     add_completion=False,
@@ -20,7 +20,7 @@ app.command("list")(claims.listed)
 app.command()(claims.run)
 app.add_typer(report, name="report")
 app.command()(replay.replay)
-app.command()(claims.faults)
+app.command()(faults.faults)
 app.command()(experiments.experiments)
 app.command()(experiments.experiments_pages)
 app.command()(reports.reports)

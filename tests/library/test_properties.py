@@ -18,6 +18,10 @@ from verification.problems.strategies import degenerate_problems, problems, rand
 
 REFERENCE = Conic()
 ORDINARY = st.sampled_from([name for name in FAMILIES if name not in EXTREME]).flatmap(problems)
+NORMAL = st.sampled_from([name for name in FAMILIES if name not in {*EXTREME, "subnormal_entries"}]).flatmap(
+    problems
+)
+"""Problems whose numbers stay normal when they are scaled by 2^-180 .. 2^180."""
 SIZES = st.sampled_from([1.0, 0.0, -1.0, 1e-3, 3.0, 1e8, 1e-8, 1e150, 1e-150, 5e-324, 1e300])
 DESCENDING = [variant for variant in VARIANTS if variant.own]
 
@@ -29,7 +33,7 @@ def points(problem: Problem, t: float) -> list[tuple[str, np.ndarray, np.ndarray
     return [("good", good.w, good.u), ("off", good.w * (1 + 1e-6), good.u), ("flat", *flat)]
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(problem=ORDINARY, t=SIZES)
 def test_a_certificate_says_nothing_false(problem: Problem, t: float) -> None:
     truth = optimum(problem)
@@ -39,7 +43,7 @@ def test_a_certificate_says_nothing_false(problem: Problem, t: float) -> None:
         assert not false, (name, t, problem, problem.X, problem.o, w, u, false)
 
 
-@settings(max_examples=30)
+@settings(max_examples=12)
 @given(problem=st.sampled_from(list(EXTREME)).flatmap(problems), t=SIZES)
 def test_a_certificate_says_nothing_false_at_any_scale(problem: Problem, t: float) -> None:
     truth = optimum(problem)
@@ -53,15 +57,14 @@ def test_a_certificate_says_nothing_false_at_any_scale(problem: Problem, t: floa
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_reference_says_nothing_false(family: str) -> None:
     """Every statement of the reference's certificate against the exact referee."""
-    for index in range(2):
-        problem = seeded(family, 11, index, largest=(5, 20))
-        w, u = np.zeros(problem.n), np.zeros(problem.d)
-        if family not in {*EXTREME, "subnormal_entries"}:
-            solution = solve(problem, REFERENCE)
-            w, u = solution.w, solution.u
-        proof = certify(problem, w, u)
-        false = violations(problem, w, u, proof, optimum(problem))
-        assert not false, (family, index, problem, false)
+    problem = seeded(family, 11, 0, largest=(5, 20))
+    w, u = np.zeros(problem.n), np.zeros(problem.d)
+    if family not in {*EXTREME, "subnormal_entries"}:
+        solution = solve(problem, REFERENCE)
+        w, u = solution.w, solution.u
+    proof = certify(problem, w, u)
+    false = violations(problem, w, u, proof, optimum(problem))
+    assert not false, (family, problem, false)
 
 
 VANISHING = {
@@ -115,12 +118,8 @@ def test_the_order_of_robots_and_modalities_does_not_matter(problem: Problem, da
 
 
 @settings(max_examples=40)
-@given(problem=ORDINARY, x=st.integers(-60, 60), t=st.integers(-60, 60))
+@given(problem=NORMAL, x=st.integers(-60, 60), t=st.integers(-60, 60))
 def test_powers_of_two_change_nothing_but_the_units(problem: Problem, x: int, t: int) -> None:
-    if "subnormal" in repr(problem) or np.abs(problem.X[problem.X != 0]).min(initial=1.0) < 1e-200:
-        t = x = 0
-    if np.abs(problem.o[problem.o != 0]).min(initial=1.0) < 1e-200:
-        t = x = 0
     one, two, three = problem.lambdas
     scaled = Problem(
         np.ldexp(problem.X, x),
@@ -138,7 +137,7 @@ def test_powers_of_two_change_nothing_but_the_units(problem: Problem, x: int, t:
     assert second.relative_gap == first.relative_gap, (problem, x, t, first, second)
 
 
-@settings(max_examples=20)
+@settings(max_examples=8)
 @given(problem=random_problems())
 def test_the_corrected_algorithm_reaches_the_reference_unless_it_locks(problem: Problem) -> None:
     solution = solve(problem, REFERENCE)
@@ -155,7 +154,7 @@ def test_the_corrected_algorithm_reaches_the_reference_unless_it_locks(problem: 
 
 
 @pytest.mark.parametrize("variant", DESCENDING, ids=lambda variant: variant.name)
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(problem=ORDINARY)
 def test_gauss_seidel_steps_never_raise_what_a_variant_descends(
     variant: UpdateVariant, problem: Problem
@@ -182,7 +181,7 @@ def _within_float64(problem: Problem) -> bool:
     return modest and (values.size == 0 or bool(values[0] <= 1e4 * values[-1]))
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(problem=degenerate_problems())
 def test_the_corrected_variant_descends_f_itself(problem: Problem) -> None:
     assume(_within_float64(problem))

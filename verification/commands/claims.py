@@ -1,4 +1,4 @@
-"""Commands about claims: list, run, report, report diff, replay, faults; no mathematics."""
+"""Commands about claims: list, run, report, report diff; no mathematics."""
 
 import json
 from collections.abc import Iterator
@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
@@ -131,29 +129,6 @@ def diff(
         found = compared(read_report(a), read_report(b))
     console().print(found.text, highlight=False, markup=False, soft_wrap=True)
     raise typer.Exit(found.code)
-
-
-def faults(
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the table here.", dir_okay=False)
-    ] = None,
-    markdown: Annotated[Path | None, typer.Option(help="Write it here as Markdown.", dir_okay=False)] = None,
-) -> None:
-    """Plant every known fault in the library and say which check caught it; exit code 1 if one escaped."""
-    from verification.faults.table import as_json, as_markdown, planted, table  # noqa: PLC0415 - keeps --help quick
-
-    screen = console()
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("faults", total=None)
-        outcomes = planted(lambda done, total: bar.update(task, completed=done, total=total))
-    screen.print(table(outcomes))
-    if json_file is not None:
-        with misuse("--json"):
-            json_file.write_text(json.dumps(as_json(outcomes), indent=1) + "\n", encoding="utf-8")
-    if markdown is not None:
-        with misuse("--markdown"):
-            markdown.write_text(as_markdown(outcomes), encoding="utf-8")
-    raise typer.Exit(0 if all(each.caught for each in outcomes) else 1)
 
 
 def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Options":

@@ -3,18 +3,10 @@
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from verification.checks.catalogue import CHECKS
-from verification.checks.interface import Check
-
 PACKAGE = "convexperc"
-ORDINARY = ("random",)
-PROBLEMS = 40
-"""Problems of a family that a hunt draws before it goes on to the next."""
-LARGEST = (2, 3)
-"""Largest n and d of them: two views and two modalities show every fault, and small failures are read."""
 
 
 class Setter(Protocol):
@@ -59,32 +51,20 @@ class Fault:
     ----------
     name : str
     part : str
-        The part of a claim that must fail, a key of `verification.ledger.claims.PARTS`.
+        The part of a claim that must name it, a key of `verification.ledger.claims.PARTS`.
     plant : callable
         Takes a `Setter`.
     also : tuple of str
-        Parts of the same check that the fault makes false as well.
-    families : tuple of str
-        Where it is looked for, the likeliest first; the true code passes on all of them.
-    problems : int
-        Of each family.
-    largest : (int, int)
-        Largest n and d of them.
+        Parts of the same check that must name it as well.
+    may : tuple of str
+        Parts of the same check that it makes false too, but not under every draw of problems.
     """
 
     name: str
     part: str
     plant: Plant
     also: tuple[str, ...] = ()
-    families: tuple[str, ...] = ORDINARY
-    problems: int = PROBLEMS
-    largest: tuple[int, int] = LARGEST
-
-    @property
-    def check(self) -> Check:
-        """The check that must name it, for problems as small as the fault asks for."""
-        check = next(check for check in CHECKS if self.part in check.parts)
-        return replace(check, largest=self.largest)
+    may: tuple[str, ...] = ()
 
     @contextmanager
     def planted(self) -> Iterator[Patcher]:

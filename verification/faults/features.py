@@ -12,7 +12,6 @@ from convexperc.features import color, extraction, hog, lbp
 from convexperc.features import pictures as images
 from verification.faults.fault import Fault, Plant, everywhere, replaced, wrapped
 
-PICTURES = ("random",)
 skimage_hog, skimage_lbp = (import_module(f"skimage.feature.{name}") for name in ("_hog", "texture"))
 """Where scikit-image computes; `skimage.feature` has functions of these names."""
 
@@ -84,62 +83,73 @@ PICTURE = (
         "B5/hog",
         wrapped(skimage_hog, "_hog_channel_gradient", _rows_doubled),
         also=("B5/partition",),
-        families=PICTURES,
     ),
-    Fault("the image library compares the wrong way round", "B5/lbp", _of_the_negative, families=PICTURES),
+    Fault(
+        "the image library compares the wrong way round",
+        "B5/lbp",
+        _of_the_negative,
+    ),
     Fault(
         "red and blue exchanged",
         "B5/histogram",
         replaced(
             color, "color_histogram", lambda image, c: HISTOGRAM(np.ascontiguousarray(image[:, :, ::-1]), c)
         ),
-        families=PICTURES,
     ),
     Fault(
         "intensities one bin off",
         "B5/histogram",
         replaced(color, "color_histogram", lambda image, settings: HISTOGRAM(_brighter(image), settings)),
-        families=PICTURES,
     ),
     Fault(
         "HOG in single precision",
         "B5/hog",
         wrapped(hog, "hog_descriptor", lambda h, *a: np.float32(h)),
-        families=PICTURES,
     ),
     Fault(
         "HOG with cells of another size",
         "B5/hog",
         _configured(hog, "hog_descriptor", hog_pixels_per_cell=lambda c: (4, 4)),
-        families=PICTURES,
     ),
     Fault(
         "HOG with another norm of its blocks",
         "B5/hog",
         _configured(hog, "hog_descriptor", hog_block_norm=lambda c: "L1"),
-        families=PICTURES,
     ),
     Fault(
         "gray as the mean of R, G, B",
         "B5/hog",
         everywhere(images.to_gray, _plain_gray),
         ("B5/lbp", "B5/partition"),
-        PICTURES,
     ),
-    Fault("LBP of gray values in 16 levels", "B5/lbp", _described(levels=16), families=PICTURES),
-    Fault("LBP with a radius one larger", "B5/lbp", _described(radius=1.0), families=PICTURES),
-    Fault("LBP with one neighbour more", "B5/lbp", _described(points=1), families=PICTURES),
-    Fault("LBP with the rim of the picture", "B5/lbp", _described(rim=False), families=PICTURES),
+    Fault(
+        "LBP of gray values in 16 levels",
+        "B5/lbp",
+        _described(levels=16),
+    ),
+    Fault(
+        "LBP with a radius one larger",
+        "B5/lbp",
+        _described(radius=1.0),
+    ),
+    Fault(
+        "LBP with one neighbour more",
+        "B5/lbp",
+        _described(points=1),
+    ),
+    Fault(
+        "LBP with the rim of the picture",
+        "B5/lbp",
+        _described(rim=False),
+    ),
     Fault(
         "blocks of colour and texture exchanged",
         "B5/partition",
         wrapped(extraction, "extract", lambda X, images, c: _exchanged(X, c)),
-        families=PICTURES,
     ),
     Fault(
         "blocks without unit length",
         "B5/partition",
         replaced(extraction, "unit_length", lambda block: block),
-        families=PICTURES,
     ),
 )

@@ -12,6 +12,7 @@ from convexperc.problem.problem import Problem
 from convexperc.solvers.paper import systems as paper_systems
 from convexperc.solvers.paper.variants import ABSOLUTE, CORRECTED
 from verification.checks import lemmas
+from verification.exact import formulation as exact
 from verification.exact.numbers import Enclosure, square_root, squares
 from verification.faults.fault import Fault, Plant, everywhere, replaced, wrapped
 
@@ -60,7 +61,6 @@ OBJECTIVE = (
         "the root of |w_j| in the objective",
         "F1/convex",
         views_by(lambda w: np.sqrt(np.abs(w)).sum()),
-        problems=60,
     ),
     Fault(
         "||o||^2 left out of the objective",
@@ -130,36 +130,47 @@ DERIVATION = (
         "D1/printed",
         wrapped(paper_systems, "derivative_w", lambda found, *a: 2.0 * found),
         also=("D1/corrected",),
-        families=("lambda2_zero",),
     ),
     Fault(
         "the derivative for u doubled",
         "D2/printed",
         wrapped(paper_systems, "derivative_u", lambda found, *a: 2.0 * found),
         also=("D2/corrected",),
-        families=("lambda3_zero",),
     ),
     Fault(
         "Lemma 1 with ||v|| for 2 ||v||",
         "L1/inequality",
         replaced(lemmas, "lemma_one", lambda t, v: square_root(squares(t) * squares(v)).upper - squares(t)),
-        families=("random",),
     ),
     Fault(
         "the elementwise form against a quarter of ||v||_1",
         "L2/elementwise",
         wrapped(lemmas, "elementwise", lambda excess, t, v: excess + lemmas.l1(v) / 4),
-        families=("random",),
     ),
     Fault(
         "D^w without its factor 1/2",
         "A2/elementwise",
         wrapped(lemmas, "defined", lambda value, *a: 2 * value),
-        families=("random",),
     ),
     Fault(
         "half of the appendix's objective",
         "A1/lambda1_one",
         wrapped(lemmas, "appendix", lambda value, p, w, u: _scaled(value, 2)),
+    ),
+    Fault(
+        "the appendix's objective with lambda1 after all",
+        "A1/objective",
+        replaced(lemmas, "appendix", exact.objective),
+    ),
+    Fault(
+        "the l1-form of Lemma 1 without its absolute values",
+        "L2/inequality",
+        wrapped(lemmas, "l1_analogue", lambda excess, t, v: -abs(excess)),
+    ),
+    Fault(
+        "the appendix's substitution taken for the definition",
+        "A2/substitution",
+        replaced(lemmas, "substituted", lemmas.defined),
+        also=("A2/elementwise",),
     ),
 )

@@ -1,13 +1,198 @@
-"""Hunts: a fault is planted and its check looks for it; without it the same hunts must find nothing."""
+"""What names a fault: the quick profile's problems are looked at without it and with it."""
 
+import pickle
 import time
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cache
+from types import ModuleType
+from typing import Any
 
-from verification.faults.fault import Fault
-from verification.search.shards import Case, Found, Shard, explore
+import numpy as np
 
-SEED = 0
+from convexperc.problem.problem import Problem
+from verification.checks import cost
+from verification.checks.catalogue import CHECKS
+from verification.checks.interface import Check, Observation, Player, Recorder
+from verification.exact import referee
+from verification.faults.fault import Fault, Patcher
+from verification.ledger.evidence import Outcome
+from verification.problems.sources import Source
+from verification.search.engine import plan
+from verification.search.profiles import PROFILES
+from verification.search.shards import Case, Shard, explore, plain
+
+QUICK, SEED = PROFILES["quick"], 0
+"""Profile and seed of the committed report."""
+COUNTED = "operation counts"
+"""Stands for the check and the family where costs are counted."""
+SMALL = (2, 3)
+"""Largest n and d of a counterexample: two views and two modalities show every fault."""
+TRIES = 300
+"""Most problems that are drawn to find a small counterexample."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One problem of the profile, and what the check drew beside it."""
+
+    family: str
+    problem: Problem
+    numbers: list[Any]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What one check says with and without a fault.
+
+    Attributes
+    ----------
+    check : str
+    failing : dict of str to frozenset of str
+        By part, the families in which it fails with the fault and not without; never empty.
+    silent : frozenset of str
+        Parts that fail without the fault, as they are false as stated, and nowhere with it.
+    held : frozenset of str
+        Parts that hold somewhere without the fault.
+    broken : tuple of str
+        Exceptions that the check raised with the fault planted.
+    problems : int
+    """
+
+    check: str
+    failing: Mapping[str, frozenset[str]]
+    silent: frozenset[str]
+    held: frozenset[str]
+    broken: tuple[str, ...]
+    problems: int
+
+    @property
+    def parts(self) -> frozenset[str]:
+        """The parts that name the fault."""
+        return frozenset(self.failing) | self.silent
+
+    def names(self, fault: Fault) -> bool:
+        """Whether every part that must name the fault does."""
+        return {fault.part, *fault.also} <= self.parts
+
+
+def check_of(part: str) -> Check | None:
+    """The check that observes a part; None for those of C1, whose costs are counted without a problem."""
+    found = [check for check in CHECKS if part in check.parts]
+    if found or part.startswith("C1/"):
+        return found[0] if found else None
+    raise KeyError(part)
+
+
+def look(fault: Fault) -> Seen:
+    """Plant a fault, look at every problem that the report's run draws for its check, and take it out."""
+    check = check_of(fault.part)
+    if check is None:
+        true, name, problems = _counted(), COUNTED, 0
+        with fault.planted():
+            found, broken = _counted(), tuple[str, ...]()
+    else:
+        drawn, true = _drawn(check.name)
+        name, problems = check.name, len(drawn)
+        with fault.planted() as patcher, _memory(patcher):
+            found, broken = _played(check, drawn)
+    new = {part: families - true.failed(part) for part, families in found.fails.items()}
+    failing = {part: families for part, families in new.items() if families}
+    silent = frozenset(true.fails.keys() - found.fails.keys())
+    return Seen(name, failing, silent, frozenset(true.holds), broken, problems)
+
+
+@dataclass
+class Outcomes:
+    """By part, the families in which it fails, and those in which it holds on some problem."""
+
+    fails: dict[str, frozenset[str]] = field(default_factory=dict)
+    holds: dict[str, frozenset[str]] = field(default_factory=dict)
+
+    def failed(self, part: str) -> frozenset[str]:
+        """Where a part fails."""
+        return self.fails.get(part, frozenset())
+
+    def note(self, found: Iterable[Observation], family: str) -> None:
+        """Add what was observed on one problem."""
+        for each in found:
+            if each.outcome in (Outcome.FAILED, Outcome.HELD):
+                places = self.fails if each.outcome is Outcome.FAILED else self.holds
+                places[each.part] = places.get(each.part, frozenset()) | {family}
+
+
+def _counted() -> Outcomes:
+    """What the counts of operations say of the parts of C1."""
+    outcomes = Outcomes()
+    outcomes.note(cost.observations(cost.counts()), COUNTED)
+    return outcomes
+
+
+@cache
+def _drawn(name: str) -> tuple[list[Drawn], Outcomes]:
+    """The problems of the quick profile for one check, and what it says of them in the true code.
+
+    Raises
+    ------
+    RuntimeError
+        The check raised something.
+    """
+    check = next(each for each in CHECKS if each.name == name)
+    drawn, outcomes, family = list[Drawn](), Outcomes(), ""
+
+    def observe(problem: Problem, source: Source) -> list[Observation]:
+        found = list(check.observe(problem, source))
+        assert isinstance(source, Recorder)
+        drawn.append(Drawn(family, problem, source.drawn))
+        outcomes.note(found, family)
+        return found
+
+    with _memory(Patcher()):
+        for shard in plan([check], QUICK):
+            family = shard.family
+            if broken := explore(shard, replace(check, observe=observe), SEED).broken:
+                raise RuntimeError(broken[0])
+    return drawn, outcomes
+
+
+def _played(check: Check, drawn: list[Drawn]) -> tuple[Outcomes, tuple[str, ...]]:
+    """What the check says of the same problems now, and what it raised."""
+    outcomes, broken = Outcomes(), list[str]()
+    for each in drawn:
+        try:
+            with np.errstate(all="ignore"):  # some families are meant to overflow
+                found = list(check.observe(each.problem, Player(each.numbers, check.largest)))
+        except Exception as error:
+            broken.append(f"{each.family}: {type(error).__name__}: {error}")
+        else:
+            outcomes.note(found, each.family)
+    return outcomes, tuple(broken)
+
+
+_optima: dict[object, referee.Optimum] = {}
+_optimum = referee.optimum
+
+
+@contextmanager
+def _memory(planted: Patcher) -> Iterator[None]:
+    """Let the referee solve each problem once for all faults, except for those in the exact arithmetic."""
+    homes = [t.__name__ if isinstance(t, ModuleType) else t.__module__ for t, _, _ in planted.before]
+    patcher = Patcher()
+    if not any(home.startswith("verification.exact") for home in homes):
+        patcher.setattr(referee, "optimum", _remembered)
+    try:
+        yield
+    finally:
+        patcher.undo()
+
+
+def _remembered(problem: Any) -> referee.Optimum:
+    """The referee's optimum of a problem, by its data."""
+    key = repr(plain(problem)) if isinstance(problem, Problem) else pickle.dumps(problem)
+    if key not in _optima:
+        _optima[key] = _optimum(problem)
+    return _optima[key]
 
 
 @dataclass(frozen=True)
@@ -17,11 +202,18 @@ class Caught:
     Attributes
     ----------
     fault, part, check : str
-        Its name, and what must name it.
+        Its name, what must name it, and the check of that part.
+    parts : tuple of str
+        All parts that named it.
+    caught : bool
+        Whether every part named it that must.
+    families : int
+        In how many families the part fails with it and not without.
     family : str
-        Where it was caught; empty where it escaped.
+        Where the small counterexample is; empty where there is none, as where a failure that the true code
+        shows is shown no longer.
     n, d, bits : int
-        Size of the shrunk counterexample, and the bits of its numbers as fractions; 0 where it escaped.
+        Size of the small counterexample, and the bits of its numbers as fractions; 0 where there is none.
     problems : int
         Problems looked at with the fault planted, those of shrinking included.
     detail : str
@@ -32,6 +224,9 @@ class Caught:
     fault: str
     part: str
     check: str
+    parts: tuple[str, ...]
+    caught: bool
+    families: int
     family: str
     n: int
     d: int
@@ -40,53 +235,38 @@ class Caught:
     detail: str
     seconds: float
 
-    @property
-    def caught(self) -> bool:
-        """Whether its check named it."""
-        return bool(self.family)
+
+def hunt(fault: Fault) -> Caught:
+    """Look at the problems of the quick profile, then shrink a problem that shows the fault."""
+    began, seen = time.perf_counter(), look(fault)
+    families = seen.failing.get(fault.part, frozenset())
+    family, case, problems = _smallest(fault, sorted(families))
+    size = (len(case.problem["X"]), len(case.problem["o"]), case.size[1]) if case else (0, 0, 0)
+    if case is not None:
+        detail = case.detail
+    elif families:
+        detail = "fails where it held"
+    elif fault.part in seen.silent:
+        detail = "a failure that the true code shows is shown no longer"
+    else:
+        detail = "".join(seen.broken[:1]) or "no failure was seen"
+    return Caught(
+        fault.name, fault.part, seen.check, tuple(sorted(seen.parts)), seen.names(fault), len(families),
+        family, *size, seen.problems + problems, detail, time.perf_counter() - began,
+    )  # fmt: skip
 
 
-def hunt(fault: Fault, *, shrink: bool = True) -> Caught:
-    """Plant a fault, hunt in one family after the other until its part fails, and take it out again.
-
-    Without `shrink` the first failure is enough.
-    """
-    began, problems, broken = time.perf_counter(), 0, ""
-    with fault.planted():
-        for family in fault.families:
-            found = explored(fault, family, shrink=shrink)
-            problems += found.problems
-            case = smallest(found, fault.part)
-            if case is not None:
-                n, d = len(case.problem["X"]), len(case.problem["o"])
-                size = n, d, case.size[1]
-                return _caught(fault, family, size, problems, case.detail, began)
-            broken = broken or "".join(found.broken[:1])
-    return _caught(fault, "", (0, 0, 0), problems, broken or "no failure was seen", began)
-
-
-def _caught(
-    fault: Fault, family: str, size: tuple[int, int, int], problems: int, detail: str, began: float
-) -> Caught:
-    seconds = time.perf_counter() - began
-    return Caught(fault.name, fault.part, fault.check.name, family, *size, problems, detail, seconds)
-
-
-def explored(fault: Fault, family: str, *, shrink: bool = True) -> Found:
-    """Hunt in one family, whatever is planted now, for a failure of the fault's part."""
-    check = fault.check
-    return explore(Shard(check.name, family, 0, fault.problems, fault.part), check, SEED, shrink=shrink)
-
-
-def smallest(found: Found, part: str) -> Case | None:
-    """The smallest failing case of a part, if it failed."""
-    return found.tallies[part].smallest if part in found.tallies else None
-
-
-def hunts(faults: Iterable[Fault]) -> dict[tuple[str, str, int, tuple[int, int]], tuple[Fault, str]]:
-    """All hunts for these faults, by part, family, problems and size: without a fault none finds anything."""
-    return {
-        (fault.part, family, fault.problems, fault.largest): (fault, family)
-        for fault in faults
-        for family in fault.families
-    }
+def _smallest(fault: Fault, families: list[str]) -> tuple[str, Case | None, int]:
+    """A small counterexample, its family, and how many problems were drawn for it."""
+    check, problems = check_of(fault.part), 0
+    if check is None:
+        return "", None, 0
+    small = replace(check, largest=SMALL)
+    for family in sorted(families, key=check.families.index):
+        with fault.planted():
+            found = explore(Shard(check.name, family, 0, TRIES, fault.part), small, SEED)
+        problems += found.problems
+        case = found.tallies[fault.part].smallest if fault.part in found.tallies else None
+        if case is not None:
+            return family, case, problems
+    return "", None, problems

@@ -13,10 +13,6 @@ from convexperc.solvers.paper.variants import ABSOLUTE, CORRECTED, Diagonal, Siz
 from verification.faults.fault import Fault, Plant, Setter, replaced, together, wrapped
 from verification.faults.formulation import single
 
-WITH_ZEROS = ("target_in_span",)
-"""Where weights are often 0 or nearly so."""
-
-
 LINES: tuple[Any, Any] = paper_systems.solve_w, paper_systems.solve_u
 """What lines 6 and 7 of the loop call."""
 
@@ -156,7 +152,6 @@ UPDATES = (
         "eps ignored by D^w in the smoothed update",
         "B3/step",
         sizes_of_w(Size.SMOOTHED, lambda reading, w: np.abs(w)),
-        families=WITH_ZEROS,
     ),
     Fault(
         "the appendix's ||w||_1 as ||w||_2",
@@ -177,8 +172,6 @@ UPDATES = (
         "an entry at 0 is not held there",
         "B3/step",
         replaced(paper_systems, "_solve_free", _released(paper_systems._solve_free)),
-        families=WITH_ZEROS,
-        problems=60,
     ),
 )
 

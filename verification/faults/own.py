@@ -3,6 +3,7 @@
 from fractions import Fraction
 from typing import Any
 
+from convexperc.problem.formulation import objective
 from convexperc.problem.problem import Problem
 from convexperc.solvers.paper.variants import UpdateVariant
 from verification.checks import cost, descent, loop
@@ -56,7 +57,7 @@ OWN_FAULTS = (
         "the absolute update said to descend F",
         "T1c/absolute",
         together(
-            replaced(UpdateVariant, "own_objective", lambda self, p, w, u: float(OBJECTIVE(p, w, u).lower)),
+            replaced(UpdateVariant, "own_objective", lambda self, p, w, u: objective(p, w, u)),
             replaced(descent, "own_objective", _whole_penalties),
         ),
     ),
@@ -65,8 +66,15 @@ OWN_FAULTS = (
 COST = (
     Fault("Woodbury's identity not used", "C1/woodbury", replaced(cost, "woodbury", cost.step7)),
     Fault("nothing is reduced", "C1/reduction", replaced(cost.Iterate, "reduced", lambda self: self)),
+    Fault(
+        "of a system the diagonal alone is solved",
+        "C1/step6",
+        replaced(
+            cost, "eliminated", lambda A, b: [x / row[i] for i, (row, x) in enumerate(zip(A, b, strict=True))]
+        ),
+        also=("C1/step7",),
+    ),
 )
-"""These show in `verification.checks.cost`, which counts operations, and in no check on problems."""
 
 FAULTS: tuple[Fault, ...] = (
     *formulation.OBJECTIVE,
@@ -81,5 +89,5 @@ FAULTS: tuple[Fault, ...] = (
     *recognition.LABEL,
     *features.PICTURE,
     *OWN_FAULTS,
+    *COST,
 )
-"""Faults that a check on problems must name."""

@@ -156,7 +156,6 @@ SOLVERS = (
         "OSQP's answer is another problem's",
         "F2/quadratic",
         result_of(Quadratic, halved_penalties),
-        families=("one_column_modalities",),
     ),
     Fault(
         "the scaling of u undone as that of w",
@@ -191,7 +190,9 @@ ANSWERS = (
         ),
     ),
     Fault(
-        "Gram matrices in single precision", "B2/batch", reduction_with(_in_single), families=("recognition",)
+        "Gram matrices in single precision",
+        "B2/batch",
+        reduction_with(_in_single),
     ),
     Fault("u of a batch is half as large", "B2/batch", wrapped(Answers, "u", lambda u, *a: 0.5 * u)),
     Fault(

@@ -1,15 +1,15 @@
-"""Planted faults: wrong answers are never certified, and every mutant of the certificate is caught."""
+"""Wrong answers are never certified, and where the search for a proof ends decides nothing.
+
+Faults of the certificate itself are planted by the mutation test, tests/verifier/faults/test_hunt.py.
+"""
 
 import itertools
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-from convexperc.certificate import certificate, duality, evaluation, rounding
-from convexperc.certificate import screening as optimum
+from convexperc.certificate import certificate, duality
 from convexperc.certificate.certificate import certify
 from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve
@@ -138,117 +138,16 @@ def test_a_point_that_is_not_finite_proves_nothing(bench: list[Judged], bad: flo
         assert proof.lower <= each.truth.value.upper, (each.name, bad, proof.lower)
 
 
-Patch = Callable[[pytest.MonkeyPatch], None]
-
-
-def wrapped(module: Any, name: str, change: Callable[[Any], Any]) -> Patch:
-    """A mutant that changes what one function returns."""
-    original = getattr(module, name)
-    return lambda patch: patch.setattr(module, name, lambda *a, **k: change(original(*a, **k)))
-
-
-def replaced(module: Any, name: str, value: Any) -> Patch:
-    """A mutant that has another function in one place."""
-    return lambda patch: patch.setattr(module, name, value)
-
-
-def together(*patches: Patch) -> Patch:
-    """Several changes that make one fault."""
-
-    def apply(patch: pytest.MonkeyPatch) -> None:
-        for each in patches:
-            each(patch)
-
-    return apply
-
-
-def frame_with(**change: Callable[[tuple[float, float]], tuple[float, float]]) -> Patch:
-    """A mutant whose normalised lambdas are wrong."""
-    original = evaluation.NormalizedData.of
-
-    def of(problem: Problem, scaling: Any) -> evaluation.NormalizedData:
-        true = original(problem, scaling)
-        return replace(true, **{name: rule(getattr(true, name)) for name, rule in change.items()})
-
-    return lambda patch: patch.setattr(evaluation.NormalizedData, "of", of)
-
-
-def times(factor: float) -> Callable[[tuple[float, float]], tuple[float, float]]:
-    return lambda bounds: (factor * bounds[0], factor * bounds[1])
-
-
-def swapped(bounds: tuple[float, float]) -> tuple[float, float]:
-    return bounds[1], bounds[0]
-
-
-NO_MODALITY_ERROR: Patch = replaced(duality, "_modality_term", lambda frame, point, dual: 0.0)
-
-MUTANTS: dict[str, Patch] = {
-    "feasible scaling not applied, excess not seen": together(
-        replaced(duality, "_ratio", lambda limit, norm: np.inf),
-        replaced(duality, "_excess", lambda s, x, limit: 0.0),
-    ),
-    "excess not charged": replaced(certificate, "_cost", lambda frame, candidate, upper: 0.0),
-    "weights of the charge taken as 0": together(
-        replaced(certificate, "view_weight_bound", lambda frame, upper: 0.0),
-        replaced(certificate, "modality_weight_bound", lambda frame, upper: 0.0),
-    ),
-    "rounding dropped, directions swapped": together(
-        replaced(rounding, "gamma", lambda k: 0.0),
-        replaced(duality, "up", rounding.down),
-        replaced(duality, "down", rounding.up),
-        replaced(certificate, "up", rounding.down),
-        replaced(certificate, "down", rounding.up),
-    ),
-    "objective's bounds swapped": wrapped(evaluation, "objective_bounds", swapped),
-    "dual value's bounds swapped": wrapped(certificate, "dual_value", lambda b: (b[1] * (1 + 1e-15), b[0])),
-    "lambda2 halved": frame_with(lambda2=times(0.5)),
-    "lambda3 halved": frame_with(lambda3=times(0.5)),
-    "lambda1 halved": frame_with(lambda1=times(0.5)),
-    "lambda2 doubled": frame_with(lambda2=times(2.0)),
-    "dual quadratic not halved twice": wrapped(
-        duality, "_value_parts", lambda parts: (parts[0], (0.5 * parts[1][0], 0.5 * parts[1][1]))
-    ),
-    "coupling left out of the dual value": replaced(
-        duality,
-        "_value_parts",
-        lambda frame, a, b: (
-            tuple(-x for x in reversed(rounding.inner(rounding.Ball.exact(a), frame.target))),
-            (0.25 * float(a @ a) * (1 - 1e-15), 0.25 * float(a @ a) * (1 + 1e-15)),
-        ),
-    ),
-    "modality term left out of the gap": NO_MODALITY_ERROR,
-    "norms of the modalities taken as 0": wrapped(
-        evaluation, "norms_by_group", lambda bounds: (0.0 * bounds[0], 0.0 * bounds[1])
-    ),
-    "pull of the modalities doubled": wrapped(
-        duality, "inner_by_group", lambda bounds: (2.0 * bounds[0], 2.0 * bounds[1])
-    ),
-    "coupling term left out of the gap": replaced(duality, "_coupling_term", lambda frame, point, dual: 0.0),
-    "gap taken at half": wrapped(
-        certificate, "gap_terms", lambda terms: replace(terms, loss=0.5 * terms.loss, view_norm=0.0)
-    ),
-    "radius of proved zeros dropped": wrapped(
-        certificate, "proved_zeros", lambda zeros: (np.ones_like(zeros[0]), zeros[1])
-    ),
-    "modalities proved zero for nothing": wrapped(
-        certificate, "proved_zeros", lambda zeros: (zeros[0], np.ones_like(zeros[1]))
-    ),
-    "zeros proved with no gap": replaced(
-        certificate, "proved_zeros", lambda frame, point, gap: optimum.proved_zeros(frame, point, 0.0)
-    ),
-    "least squares off by a bit": wrapped(certificate, "exact_optimum", lambda x: x and x * (1 + 2**-40)),
-}
-
-
 def test_where_the_search_ends_decides_nothing(bench: list[Judged], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(certificate.Certifier, "_is_enough", lambda judge, gap, lower: True)
     found = contradictions(bench)
     assert not found, found
 
 
-@pytest.mark.parametrize("name", MUTANTS)
-def test_every_mutant_is_caught(name: str, bench: list[Judged], monkeypatch: pytest.MonkeyPatch) -> None:
-    MUTANTS[name](monkeypatch)
-    found = contradictions(bench)
-    assert found, f"the mutant {name!r} was not caught on {len(bench)} problems"
+def test_the_pull_of_the_modalities_doubled_is_caught(
+    bench: list[Judged], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The few problems of a quick search do not show this fault: it takes points that are nearly optimal."""
+    true = duality.inner_by_group
+    monkeypatch.setattr(duality, "inner_by_group", lambda x, y, g: tuple(2.0 * end for end in true(x, y, g)))
+    assert contradictions(bench)

@@ -1,0 +1,69 @@
+"""The mutation test: on the quick profile's problems every fault is named by its part, and by no other."""
+
+from dataclasses import replace
+
+import pytest
+
+from convexperc.problem import formulation as objective
+from verification.checks import cost
+from verification.checks.catalogue import CHECKS
+from verification.faults.fault import Fault, replaced
+from verification.faults.hunt import hunt, look
+from verification.faults.own import FAULTS
+from verification.ledger.claims import PARTS
+
+COUNTED = {f"C1/{name}" for name in cost.EXPONENTS}
+"""Parts that counts of operations judge, and no check on problems."""
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=[fault.name for fault in FAULTS])
+def test_a_planted_fault_is_named_by_its_parts_and_by_no_other_and_taken_out(fault: Fault):
+    with fault.planted() as patcher:
+        places = list(patcher.before)
+        assert all(vars(target)[name] is not before for target, name, before in places)
+    seen = look(fault)
+    assert seen.names(fault), (seen.parts, seen.broken)
+    assert seen.parts <= {fault.part, *fault.also, *fault.may}, (seen.failing, seen.silent)
+    assert not seen.broken, seen.broken
+    assert seen.held & {fault.part, *fault.also} or seen.silent, "nothing is ever held"
+    assert all(vars(target)[name] is before for target, name, before in places)
+
+
+def test_names_are_different_and_parts_are_those_of_the_ledger():
+    names = [fault.name for fault in FAULTS]
+    assert len(set(names)) == len(names), sorted(name for name in names if names.count(name) > 1)
+    assert {part for fault in FAULTS for part in (fault.part, *fault.also, *fault.may)} <= set(PARTS)
+
+
+def test_every_part_that_is_observed_has_a_fault():
+    observed = {part for check in CHECKS for part in check.parts} | COUNTED
+    named = {part for fault in FAULTS for part in (fault.part, *fault.also)}
+    assert observed == named, observed ^ named
+
+
+@pytest.mark.parametrize("part", ["B1/objective", "D1/printed", "C1/step6"])
+def test_without_a_fault_nothing_is_named(part):
+    found = look(Fault("no fault", part, lambda setter: None))
+    assert not found.parts, found
+    assert not found.broken, found.broken
+    assert not found.names(Fault("no fault", part, lambda setter: None))
+
+
+def test_a_check_that_breaks_has_not_named_the_fault():
+    plant = replaced(objective, "terms", lambda problem, w, u: 1 / 0)
+    found = hunt(Fault("broken", "B1/objective", plant))
+    assert not found.caught, found
+    assert (found.n, found.d, found.family) == (0, 0, ""), found
+    assert "ZeroDivisionError" in found.detail, found.detail
+
+
+def test_a_part_that_is_observed_nowhere_is_refused():
+    with pytest.raises(KeyError, match="R1/defined"):
+        look(Fault("unseen", "R1/defined", lambda setter: None))
+
+
+def test_a_counterexample_is_shrunk_and_the_same_each_time():
+    fault = next(fault for fault in FAULTS if fault.name == "coupling term left out of the gap")
+    found = hunt(fault)
+    assert (found.n, found.d) == (1, 1), found
+    assert found == replace(hunt(fault), seconds=found.seconds), "two hunts differ"

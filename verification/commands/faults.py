@@ -1,0 +1,38 @@
+"""The command about planted faults; no mathematics."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from verification.commands.console import console
+from verification.commands.misuse import misuse
+
+
+def faults(
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the table here.", dir_okay=False)
+    ] = None,
+    markdown: Annotated[Path | None, typer.Option(help="Write it here as Markdown.", dir_okay=False)] = None,
+    jobs: Annotated[
+        int, typer.Option(min=1, help="Worker processes; the outcome does not depend on it.")
+    ] = 2,
+) -> None:
+    """Plant every known fault in the library and say which parts named it; exit code 1 if one escaped."""
+    from verification.faults.table import as_json, as_markdown, planted, table  # noqa: PLC0415 - keeps --help quick
+
+    screen = console()
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("faults", total=None)
+        outcomes = planted(lambda done, total: bar.update(task, completed=done, total=total), jobs=jobs)
+    screen.print(table(outcomes))
+    if json_file is not None:
+        with misuse("--json"):
+            json_file.write_text(json.dumps(as_json(outcomes), indent=1) + "\n", encoding="utf-8")
+    if markdown is not None:
+        with misuse("--markdown"):
+            markdown.write_text(as_markdown(outcomes), encoding="utf-8")
+    raise typer.Exit(0 if all(each.caught for each in outcomes) else 1)
