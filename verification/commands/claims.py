@@ -18,7 +18,7 @@ from verification.commands.stored import attach, figures, read_stored
 if TYPE_CHECKING:
     from verification.experiments.record.reading import Experiments
     from verification.ledger.baseline import Judged
-    from verification.run.gather import Options, Run
+    from verification.run.stages import Options, Run
 
 FAILED, OPEN = 1, 3
 """Exit codes; 2, of misuse, is typer's."""
@@ -133,7 +133,7 @@ def diff(
 
 def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Options":
     from verification.ledger.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
-    from verification.run.gather import Options  # noqa: PLC0415
+    from verification.run.stages import Options  # noqa: PLC0415
     from verification.search.profiles import PROFILES  # noqa: PLC0415
 
     if profile not in PROFILES:
@@ -149,7 +149,7 @@ def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Op
 def _gather(options: "Options", out: Path) -> "Run":
     """Run and show the progress; keep the evidence, even of a run that was broken off."""
     from convexperc.files import check_place, write_json  # noqa: PLC0415 - keeps --help quick
-    from verification.run.gather import gather  # noqa: PLC0415
+    from verification.run.stages import gather  # noqa: PLC0415
 
     name = "-".join([options.profile.name, str(options.seed), *options.claims])
     kept = out / ".journal" / f"{name}.evidence.json"
@@ -176,7 +176,7 @@ def _arguments(options: "Options") -> Iterator[str]:
 def _read(file: Path) -> "Run":
     """Read back what `_gather` has kept."""
     from verification.ledger.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
-    from verification.run.gather import Run  # noqa: PLC0415
+    from verification.run.stages import Run  # noqa: PLC0415
 
     try:
         found = Run.from_json(json.loads(file.read_text(encoding="utf-8")))

@@ -1,1 +1,5 @@
 """The paper's experiments again: simulated scenes and photographs, paired comparisons."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

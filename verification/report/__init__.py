@@ -2,3 +2,7 @@
 
 `write.files` renders all files of a report, `write.store` stores them; `diff` compares two.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -11,7 +11,7 @@ from hashlib import sha256
 import pytest
 from typer.testing import CliRunner
 
-import verification.run.gather
+import verification.run.stages
 import verification.search.engine
 from convexperc.files import write_json
 from verification.__main__ import app
@@ -90,7 +90,7 @@ def explored(monkeypatch):
 @pytest.fixture(autouse=True)
 def _arguments_checked_once(monkeypatch):
     """The arguments depend on nothing: checking them takes seconds, once is enough."""
-    monkeypatch.setattr(verification.run.gather, "all_arguments", ARGUMENTS)
+    monkeypatch.setattr(verification.run.stages, "all_arguments", ARGUMENTS)
 
 
 def test_the_list_has_every_claim():
@@ -168,9 +168,9 @@ def test_a_check_that_breaks_leaves_something_open(monkeypatch, tmp_path):
 
     checks = tuple(
         replace(check, observe=broken) if "L2/inequality" in check.parts else check
-        for check in verification.run.gather.CHECKS
+        for check in verification.run.stages.CHECKS
     )
-    monkeypatch.setattr(verification.run.gather, "CHECKS", checks)
+    monkeypatch.setattr(verification.run.stages, "CHECKS", checks)
     text = squeezed(expect(3, run("report", "--claim", "L2", "--jobs", 1, "--out", tmp_path)).stdout)
     assert "ArithmeticError: planted" in text, text
     assert "missing: " in text, text
@@ -181,7 +181,7 @@ def test_a_fault_of_our_own_is_not_called_misuse(monkeypatch, tmp_path):
     def faulty():
         raise KeyError("planted")
 
-    monkeypatch.setattr(verification.run.gather, "all_arguments", faulty)
+    monkeypatch.setattr(verification.run.stages, "all_arguments", faulty)
     result = expect(1, run("run", "--claim", "N1", "--jobs", 1, "--out", tmp_path))
     assert isinstance(result.exception, KeyError), result.exception
 
@@ -324,7 +324,7 @@ def test_a_report_is_not_half_written(judged, tmp_path):
 def test_an_interrupted_search_goes_on_where_it_was(judged, explored, tmp_path):
     whole, _ = judged
     command = ("report", "--claim", "L2", "--jobs", 1, "--out", tmp_path)
-    options = verification.run.gather.Options(PROFILES["quick"], claims=("L2",))
+    options = verification.run.stages.Options(PROFILES["quick"], claims=("L2",))
     sizes = [shard.problems for shard in plan(options.checks, options.profile)]
     explored.limit = 5
     text = squeezed(expect(3, run(*command)).stdout)
@@ -356,7 +356,7 @@ def test_an_interruption_after_the_search_loses_nothing_of_it(explored, monkeypa
 
     command = ("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path)
     with monkeypatch.context() as patched:
-        patched.setattr(verification.run.gather, "all_arguments", broken_off)
+        patched.setattr(verification.run.stages, "all_arguments", broken_off)
         expect(3, run(*command))
     assert explored
     explored.clear()

@@ -448,7 +448,7 @@ def test_sheets_are_drawn_of_simulated_pictures_and_published_with_the_pages(rec
 @pytest.fixture
 def quick(monkeypatch, tmp_path):
     """No arguments, which take seconds; X2 refuted by the baseline; a command about X2."""
-    monkeypatch.setattr("verification.run.gather.all_arguments", list)
+    monkeypatch.setattr("verification.run.stages.all_arguments", list)
     expected = read_baseline() | {"X2": Verdict.REFUTED, "X2/stated": Verdict.REFUTED}
     monkeypatch.setattr("verification.ledger.baseline.read_baseline", lambda: expected)
 

@@ -15,7 +15,7 @@ from convexperc.files import write_json
 from verification.__main__ import app
 from verification.ledger.evidence import Count, Evidence
 from verification.problems.families import FAMILIES
-from verification.run.gather import Run
+from verification.run.stages import Run
 
 CLAIMS = ("F2", "D1", "B2", "B4")
 CASES = 250 * len(FAMILIES)

@@ -1,0 +1,7 @@
+from .stages import Options, Run, gather
+
+__all__ = [
+    "Options",
+    "Run",
+    "gather",
+]
