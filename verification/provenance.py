@@ -35,18 +35,18 @@ SOLVING = tuple(
     f"convexperc/{name}"
     for name in ("problem", "solvers", "certificate", "enclosure", "solution", "errors.py", "files.py")
 )
+RECOGNIZING = (*SOLVING, "convexperc/features", "convexperc/recognition")
 JUDGING = ("verification/exact", "verification/problems", "verification/checks", "verification/search")
 SUBJECTS: dict[str, tuple[str, ...]] = {
     "campaign": (
         *SOLVING,
-        *(f"verification/{name}" for name in ("exact", "problems", "search", "checks/clarabel.py")),
+        *(f"verification/{name}" for name in ("exact", "problems", "checks/clarabel.py")),
+        *(f"verification/search/{name}.py" for name in ("campaign", "certify", "tallies", "tasks")),
     ),
-    "benchmark": (*SOLVING, "convexperc/features", "convexperc/recognition", "verification/bench"),
-    "faults": ("convexperc", *JUDGING, "verification/faults"),
+    "benchmark": (*RECOGNIZING, "verification/bench"),
+    "faults": (*RECOGNIZING, *JUDGING, "verification/faults"),
     "report": (
-        *SOLVING,
-        "convexperc/features",
-        "convexperc/recognition",
+        *RECOGNIZING,
         *JUDGING,
         *(f"verification/{name}" for name in ("counterexamples", "ledger", "proofs", "report", "run")),
     ),

@@ -16,7 +16,7 @@ from verification.bench.picture_frames import PictureTimes
 from verification.bench.proof_times import ProofTimes
 from verification.bench.reduced_gap import LARGE
 from verification.bench.run import GAP, Outcome, one_thread
-from verification.provenance import installed, processor
+from verification.provenance import installed, processor, stamp
 
 PACKAGES = ("numpy", "scipy", "numba", "cvxpy", "clarabel", "qoco", "scs", "skglm", "celer")
 
@@ -155,6 +155,7 @@ def as_json(
 ) -> dict[str, Any]:
     """Plain data; what is not finite becomes None."""
     data = {
+        "made": stamp("benchmark"),
         "machine": machine(),
         "gap": GAP,
         "lambdas": LAMBDAS,

@@ -1,6 +1,5 @@
 """The command about planted faults; no mathematics."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -22,17 +21,23 @@ def faults(
     ] = 2,
 ) -> None:
     """Plant every known fault in the library and say which parts named it; exit code 1 if one escaped."""
+    from convexperc.files import check_place, write_atomic, write_json  # noqa: PLC0415 - keeps --help quick
     from verification.faults.table import as_json, as_markdown, planted, table  # noqa: PLC0415 - keeps --help quick
+    from verification.provenance import stamp  # noqa: PLC0415
 
-    screen = console()
+    screen, made = console(), stamp("faults")  # before the work, during which files may change
+    for place in (json_file, markdown):
+        if place is not None:
+            with misuse("--json, --markdown"):
+                check_place(place)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("faults", total=None)
         outcomes = planted(lambda done, total: bar.update(task, completed=done, total=total), jobs=jobs)
     screen.print(table(outcomes))
     if json_file is not None:
         with misuse("--json"):
-            json_file.write_text(json.dumps(as_json(outcomes), indent=1) + "\n", encoding="utf-8")
+            write_json(json_file, as_json(outcomes, made))
     if markdown is not None:
         with misuse("--markdown"):
-            markdown.write_text(as_markdown(outcomes), encoding="utf-8")
+            write_atomic(markdown, as_markdown(outcomes).encode())
     raise typer.Exit(0 if all(each.caught for each in outcomes) else 1)

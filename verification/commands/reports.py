@@ -19,7 +19,8 @@ class Step:
     Attributes
     ----------
     subject : str
-        The code that they speak of, a key of `verification.provenance.SUBJECTS`.
+        The code that they speak of, a key of `verification.provenance.SUBJECTS`; empty for pages that follow
+        from a stored record alone.
     file : str
         The one whose stamp is read.
     commands : tuple of str
@@ -35,6 +36,7 @@ STEPS = {
     "quick": Step("report", "report.json", ("report --jobs {jobs} --out {out}",)),
     "ci": Step("report", "ci/report.json", ("report --profile ci --jobs {jobs} --out {out}/ci",)),
     "faults": Step("faults", "faults.json", ("faults --json {out}/faults.json --markdown {out}/faults.md",)),
+    "experiments": Step("", "experiments/experiments.md", ("experiments-pages --out {out}/experiments",)),
     "bench": Step(
         "benchmark",
         "bench-XL-P.json",
@@ -76,7 +78,7 @@ def reports(
     worst = 0
     for name in chosen:
         step = STEPS[name]
-        if not again and _is_current(out / step.file, step.subject):
+        if not again and step.subject and _is_current(out / step.file, step.subject):
             typer.echo(f"{name}: made by the present code")
             continue
         for command in step.commands:

@@ -1,6 +1,6 @@
 """The table of planted faults: what was planted, and which parts named it where."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -87,10 +87,11 @@ def as_markdown(outcomes: Sequence[Caught]) -> str:
     return "\n".join([*lines, "", VOLATILE, ""])
 
 
-def as_json(outcomes: Sequence[Caught]) -> dict[str, Any]:
-    """For a file: the schema's name, what is volatile, the seed, the counts, and every outcome."""
+def as_json(outcomes: Sequence[Caught], made: Mapping[str, Any]) -> dict[str, Any]:
+    """For a file: the schema's name, what made it, what is volatile, the seed, the counts, every outcome."""
     return {
         "schema": SCHEMA,
+        "made": dict(made),
         "note": VOLATILE,
         "seed": SEED,
         "planted": len(outcomes),

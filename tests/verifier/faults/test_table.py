@@ -16,6 +16,7 @@ from verification.faults.own import FAULTS
 from verification.faults.table import SCHEMA, WIDTH, as_json, as_markdown, planted, table
 from verification.ledger.claims import PARTS
 from verification.problems.families import FAMILIES
+from verification.provenance import stamp
 
 LARGEST = 6
 """n d of the largest counterexample: two views and three features."""
@@ -26,9 +27,10 @@ ESCAPED = Caught("a fault", "B1/dual", "bounds", (), False, 0, "", 0, 0, 0, 80, 
 TABLE_SCHEMA = {
     "type": "object",
     "additionalProperties": False,
-    "required": ["schema", "note", "seed", "planted", "caught", "faults"],
+    "required": ["schema", "made", "note", "seed", "planted", "caught", "faults"],
     "properties": {
         "schema": {"const": SCHEMA},
+        "made": {"type": "object"},
         "note": {"type": "string"},
         "seed": {"type": "integer"},
         "planted": {"type": "integer"},
@@ -71,7 +73,7 @@ def test_the_committed_table_has_every_fault_and_none_escaped():
 
 
 def test_the_table_has_its_schema_and_its_width(outcomes):
-    found = as_json(outcomes)
+    found = as_json(outcomes, {"code": "0"})
     jsonschema.validate(found, TABLE_SCHEMA)
     assert (found["planted"], found["caught"]) == (3, 2), found
     console = Console(file=io.StringIO(), width=200)
@@ -94,5 +96,5 @@ def test_the_command_writes_the_table_and_fails_where_one_escaped(
     files = [tmp_path / "f.json", tmp_path / "f.md"]
     done = CliRunner().invoke(app, ["faults", "--json", str(files[0]), "--markdown", str(files[1])])
     assert done.exit_code == code, done.output
-    assert json.loads(files[0].read_text()) == as_json(chosen)
+    assert json.loads(files[0].read_text()) == as_json(chosen, stamp("faults"))
     assert files[1].read_text() == as_markdown(chosen)
