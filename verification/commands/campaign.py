@@ -1,7 +1,7 @@
 """The command that solves many seeded problems; no mathematics."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -58,16 +58,16 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     from verification.search.campaign import Campaign  # noqa: PLC0415
 
     settings = Campaign(random, degenerate, extreme, seed, solver, escalate, referee, clarabel)
+    made = stamp("campaign")  # before this command changes a file
     if resume is not None:
-        settings = _stored(resume)
+        settings = _stored(resume, made)
     if not settings.total:
         raise typer.BadParameter("at least one problem is needed: a run that checks nothing proves nothing")
-    place, made = json_file or resume, stamp("campaign")  # before this command changes a file
-    journal = None
+    place, journal = json_file or resume, None
     if place is not None:
         with misuse("--json"):  # before the work, not after it
             check_place(place)
-            journal = _journal(resume or place, settings, reopen=resume is not None)
+            journal = _journal(resume or place, settings.head(made), reopen=resume is not None)
     report = _run(settings, jobs, journal)
     if place is not None:
         with misuse("--json"):
@@ -83,13 +83,13 @@ def _place(file: Path) -> Path:
     return file.parent / ".journal" / f"{file.name}.jsonl"
 
 
-def _journal(file: Path, settings: "Campaign", *, reopen: bool) -> "Journal":
+def _journal(file: Path, head: dict[str, Any], *, reopen: bool) -> "Journal":
     from verification.journal import Journal  # noqa: PLC0415 - keeps --help quick
 
-    return Journal(_place(file), settings.head(), reopen=reopen)
+    return Journal(_place(file), head, reopen=reopen)
 
 
-def _stored(file: Path) -> "Campaign":
+def _stored(file: Path, made: dict[str, Any]) -> "Campaign":
     """The settings of a campaign that was begun with these versions and this code."""
     from verification.journal import read_head  # noqa: PLC0415 - keeps --help quick
     from verification.search.campaign import Campaign  # noqa: PLC0415
@@ -100,7 +100,7 @@ def _stored(file: Path) -> "Campaign":
         settings = Campaign(**head["settings"])
     except (KeyError, TypeError):
         raise typer.BadParameter(f"{_place(file)} is no campaign's", param_hint="--resume") from None
-    if head != settings.head():
+    if head != settings.head(made):
         message = f"the campaign of {file} was begun with other versions or other code; start it anew"
         raise typer.BadParameter(message, param_hint="--resume")
     return settings

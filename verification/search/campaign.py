@@ -13,7 +13,6 @@ from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton.method import Newton
 from verification.problems.families import EXTREME, ORDINARY_DEGENERATE, RANDOM
-from verification.provenance import SUBJECTS, code_digest, versions
 from verification.search.tallies import Case, Report
 
 SCHEMA = "convexperc/campaign/1"
@@ -82,10 +81,9 @@ class Campaign:
         escalate = "--escalate" if self.escalate else "--no-escalate"
         return " ".join(["python -m verification campaign", *told, escalate])
 
-    def head(self) -> dict[str, Any]:
-        """Everything that the outcome depends on, for the journal."""
-        code = code_digest(*SUBJECTS["campaign"])
-        return {"schema": SCHEMA, "settings": asdict(self), "versions": versions(), "code": code}
+    def head(self, made: dict[str, Any]) -> dict[str, Any]:
+        """Everything that the outcome depends on, for the journal; `made` as in `as_json`."""
+        return {"schema": SCHEMA, "settings": asdict(self)} | {key: made[key] for key in ("versions", "code")}
 
     def as_json(self, report: Report, made: dict[str, Any]) -> dict[str, Any]:
         """Plain data of the file; `made` is the stamp of the program that ran it."""

@@ -28,6 +28,7 @@ from verification.search.screen import clarabel_table, details, families_table
 from verification.search.tallies import Case, Reason, Report, Tally
 from verification.search.tasks import run_tasks
 
+MADE = {"versions": {}, "code": "", "commit": ""}
 FEW = Campaign(random=3, degenerate=5, referee=0)
 
 
@@ -205,8 +206,10 @@ def test_a_resumed_campaign_is_the_unbroken_one(unbroken, tmp_path, monkeypatch)
             raise KilledError
 
     with pytest.raises(KilledError):
-        run(CHECKED, journal=Journal(file, CHECKED.head()), progress=kill)
-    rest = run(CHECKED, journal=Journal(file, CHECKED.head()), progress=lambda now: seen.append(now.total))
+        run(CHECKED, journal=Journal(file, CHECKED.head(MADE)), progress=kill)
+    rest = run(
+        CHECKED, journal=Journal(file, CHECKED.head(MADE)), progress=lambda now: seen.append(now.total)
+    )
     assert seen == list(range(12, CHECKED.total + 1)), seen
     assert rest == unbroken
     assert file.stat().st_size < 1000 * CHECKED.total, "a shard takes a few hundred bytes"
@@ -225,14 +228,14 @@ def test_a_shard_that_was_lost_is_told_and_a_resumed_run_repairs_it(unbroken, tm
         }
 
     monkeypatch.setattr(certify, "run_tasks", losing)
-    found = run(CHECKED, journal=Journal(tmp_path / "run.jsonl", CHECKED.head()))
+    found = run(CHECKED, journal=Journal(tmp_path / "run.jsonl", CHECKED.head(MADE)))
     assert found.lost == {name: "planted"}, found.lost
     assert found.total == CHECKED.total - 1
     assert (found.failures, found.contradictions, found.clean) == ([], [], False)
     assert "LOST family|first|count all_lambdas_zero|0|1: planted" in list(details(found))
     assert Report.from_json(json.loads(json.dumps(found.as_json()))) == found
     monkeypatch.undo()
-    again = run(CHECKED, journal=Journal(tmp_path / "run.jsonl", CHECKED.head()))
+    again = run(CHECKED, journal=Journal(tmp_path / "run.jsonl", CHECKED.head(MADE)))
     assert again == unbroken
     assert again.clean, again
 
@@ -315,7 +318,7 @@ def test_misuse_is_told_before_anything_is_done(tmp_path):
     (tmp_path / ".journal" / "out.json.jsonl").write_text("{}")
     assert command("--resume", file).exit_code == 2
     (tmp_path / ".journal" / "out.json.jsonl").unlink()
-    other = Campaign(1, 0).head() | {"code": "another"}
+    other = Campaign(1, 0).head(stamp("campaign")) | {"code": "another"}
     Journal(tmp_path / ".journal" / "out.json.jsonl", other)
     found = command("--resume", file)
     assert found.exit_code == 2, found.output
