@@ -112,6 +112,6 @@ def _false_answer(answers: Answers, j: int, problem: Problem, truth: referee.Opt
 
 
 CHECKS = (
-    Check("answer", ("B2/answered", "B2/true", "F3/exact_zeros"), observe_answer, share=1.5),
+    Check("answer", ("B2/answered", "B2/true", "F3/exact_zeros"), observe_answer, share=1.5, refereed=True),
     Check("batch", ("B2/batch",), observe_batch, REFEREED, share=0.1),
 )

@@ -15,8 +15,10 @@ from verification.problems.sources import Source
 T = TypeVar("T")
 
 
-REFEREED = tuple(family for family in FAMILIES if family != "mixed_scales")
-"""Families for checks that ask the exact referee each time: an X that spans 1e470 takes it seconds."""
+EXPENSIVE = ("mixed_scales",)
+"""An X that spans 1e470 takes the exact referee seconds."""
+REFEREED = tuple(family for family in FAMILIES if family not in EXPENSIVE)
+"""Families for checks that ask the exact referee several times."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,8 @@ class Check:
         Problems a family, as a share of the profile's number.
     hunt : bool
         Whether a failure is shrunk: not where one problem takes long.
+    refereed : bool
+        Whether the exact referee sees each problem.
     product : bool
         Whether it runs code of `convexperc` beyond the `Problem` itself. Where it does not, it evaluates
         formulas of the paper exactly at drawn points: its observations are no cases of the code.
@@ -77,6 +81,7 @@ class Check:
     largest: tuple[int, int] = (4, 8)
     share: float = 1.0
     hunt: bool = True
+    refereed: bool = False
     product: bool = True
 
 

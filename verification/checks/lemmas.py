@@ -130,6 +130,6 @@ def observe_objectives(problem: Problem, source: Source) -> Iterator[Observation
 
 VECTORS = ("L1/inequality", "L2/inequality", "L2/elementwise", "A2/substitution", "A2/elementwise")
 CHECKS = (
-    Check("vectors", VECTORS, observe_vectors, families=("random",), share=60.0, product=False),
-    Check("objectives", ("A1/objective", "A1/lambda1_one"), observe_objectives, share=1.5, product=False),
+    Check("vectors", VECTORS, observe_vectors, families=("random",), share=30.0, product=False),
+    Check("objectives", ("A1/objective", "A1/lambda1_one"), observe_objectives, share=1.0, product=False),
 )

@@ -111,5 +111,5 @@ def observe_bounds(problem: Problem, source: Source) -> Iterator[Observation]:
 
 CHECKS = (
     Check("terms", ("B1/objective",), observe_terms),
-    Check("bounds", ("B1/dual",), observe_bounds, share=0.05),
+    Check("bounds", ("B1/dual",), observe_bounds, share=0.05, refereed=True),
 )

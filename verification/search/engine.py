@@ -93,8 +93,8 @@ def plan(checks: Iterable[Check], profile: Profile) -> list[Shard]:
     """The shards that count, interleaved so that an early end has seen some of everything."""
     shards = []
     for check in checks:
-        budget = profile.budget(check)
         for family in check.families:
+            budget = profile.budget(check, family)
             sizes = [profile.shard] * (budget // profile.shard) + [budget % profile.shard]
             shards += [Shard(check.name, family, k, size) for k, size in enumerate(sizes) if size]
     return sorted(shards, key=lambda shard: shard.index)

@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass
 
-from verification.checks.interface import Check
+from verification.checks.interface import EXPENSIVE, Check
 from verification.ledger.claims import PARTS, Role
+
+FEW = 12
+"""Problems of an expensive family, besides the least number, that a check with the exact referee gets."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +36,10 @@ class Profile:
     per_scale: int
     least: int = 4
 
-    def budget(self, check: Check) -> int:
-        """Problems of each family for one check."""
-        return max(self.least, round(self.problems * check.share))
+    def budget(self, check: Check, family: str) -> int:
+        """Problems of one family for one check; no more than a few where each takes seconds."""
+        budget = max(self.least, round(self.problems * check.share))
+        return min(budget, self.least + FEW) if family in EXPENSIVE and check.refereed else budget
 
     def hunted(self, part: str) -> bool:
         """Whether a failure of this part is shrunk."""

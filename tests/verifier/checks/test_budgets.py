@@ -29,8 +29,9 @@ DATA = ("problem", "arrays", "modalities", "penalties", "views", "reduction")
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_check_gets_strictly_more_in_a_larger_profile(name: str) -> None:
-    budgets = [PROFILES[profile].budget(CHECK[name]) for profile in ("quick", "ci", "full")]
-    assert budgets == sorted(set(budgets)), (name, budgets)
+    for family in CHECK[name].families:
+        budgets = [PROFILES[profile].budget(CHECK[name], family) for profile in ("quick", "ci", "full")]
+        assert budgets == sorted(set(budgets)), (name, family, budgets)
 
 
 def test_the_plan_reaches_every_family_of_every_check() -> None:
@@ -48,7 +49,7 @@ def drawn(family: str, problems: int) -> Found:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_refereed_problems_are_many_and_most_of_them_not_trivial(family: str) -> None:
-    budget = PROFILES["quick"].budget(REFEREE)
+    budget = PROFILES["quick"].budget(REFEREE, family)
     assert budget >= 12, budget
     found = drawn(family, budget)
     assert found.problems == budget, found
