@@ -115,6 +115,8 @@ class Count:
     held, failed, undecided, skipped : int
     worst : float
         Largest measure of a case; what it measures is said by the part.
+    formula : bool
+        Whether the cases evaluate formulas of the paper alone, and no code that is judged.
     """
 
     part: str
@@ -124,6 +126,7 @@ class Count:
     undecided: int = 0
     skipped: int = 0
     worst: float = 0.0
+    formula: bool = False
 
     @property
     def total(self) -> int:
@@ -137,6 +140,7 @@ class Count:
         self.undecided += other.undecided
         self.skipped += other.skipped
         self.worst = max(self.worst, other.worst)
+        self.formula = self.formula or other.formula
 
 
 @dataclass(frozen=True)

@@ -182,7 +182,7 @@ def _refuted(part: Part, confirmed: list[Refutation], arguments: list[Argument],
     if len(confirmed) > 1:
         reasons.append(f"{len(confirmed) - 1} more confirmed")
     if count.failed:
-        reasons.append(f"{count.failed:,} of {_cases(count.held + count.failed)} tried failed")
+        reasons.append(f"{count.failed:,} of {_cases(count, count.held + count.failed)} tried failed")
     reasons += [f"yet it holds under: {proof.condition}" for proof in arguments if proof.passed]
     return Judgement(Verdict.REFUTED, "; ".join(reasons))
 
@@ -204,7 +204,9 @@ def _proved(arguments: list[Argument], count: Count, notes: list[str]) -> Judgem
 
 def _unconfirmed(count: Count, arguments: list[Argument]) -> str:
     several = "failure" if count.failed == 1 else "failures"
-    reason = f"{count.failed:,} {several} in {_cases(count.held + count.failed)}, none confirmed exactly"
+    reason = (
+        f"{count.failed:,} {several} in {_cases(count, count.held + count.failed)}, none confirmed exactly"
+    )
     if any(argument.passed for argument in arguments):
         return (
             f"{reason}, although its argument passed: the code does not do what was proved, or rounding shows"
@@ -213,7 +215,7 @@ def _unconfirmed(count: Count, arguments: list[Argument]) -> str:
 
 
 def _notes(refutations: list[Refutation], arguments: list[Argument], count: Count) -> list[str]:
-    notes = [f"{_cases(count.undecided)} undecided"] if count.undecided else []
+    notes = [f"{_cases(count, count.undecided)} undecided"] if count.undecided else []
     for argument in arguments:
         if not argument.passed:
             failed = [step.statement for step in argument.steps if not step.passed]
@@ -231,8 +233,14 @@ def _verdict_in_words(judgement: Judgement | None) -> str:
 
 
 def _tested(count: Count) -> str:
-    return f"tested on {_cases(count.held)} without a failure"
+    return f"tested on {_cases(count, count.held)} without a failure"
 
 
-def _cases(number: int) -> str:
-    return f"{number:,} case" if number == 1 else f"{number:,} cases"
+def _cases(count: Count, number: int) -> str:
+    return f"{number:,} {case_word(count.formula, number)}"
+
+
+def case_word(formula: bool, number: int) -> str:
+    """What the cases of a part are called: what evaluates a formula alone is no case of the code."""
+    plural = "" if number == 1 else "s"
+    return f"evaluation{plural} of the formula" if formula else f"case{plural}"

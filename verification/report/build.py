@@ -76,6 +76,7 @@ def _part(part: Part, run: Judged) -> JudgedPart:
         **vars(run.judgements[part.key]),
         baseline=run.baseline.get(part.key),
         cases=Cases.of(counts),
+        formula=any(count.formula for count in counts),
         families=families,
         worst_family=max(families, key=lambda name: families[name].worst, default=""),
         arguments=tuple(each for each in evidence.arguments if each.part == part.key),

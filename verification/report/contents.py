@@ -102,6 +102,8 @@ class JudgedPart(Part):
         What the baseline expects; None where it lists nothing.
     cases : Cases
         Over all families.
+    formula : bool
+        Whether the cases evaluate formulas of the paper alone, and no code that is judged.
     families : dict of str to Cases
     worst_family : str
         Where the largest measure was met.
@@ -116,6 +118,7 @@ class JudgedPart(Part):
     condition: str
     baseline: Verdict | None
     cases: Cases
+    formula: bool
     families: dict[str, Cases]
     worst_family: str
     arguments: tuple[Argument, ...]

@@ -134,7 +134,7 @@ def _part(part: JudgedPart) -> Iterator[str]:
         yield from (f"  - {prose(line)}" for line in sentences.surveyed(part))
         return
     measured = prose(sentences.worst(part))
-    yield f"  - {sentences.cases(part.cases)} {measured}".rstrip()
+    yield f"  - {sentences.cases(part.cases, part.formula)} {measured}".rstrip()
     if part.tolerance:
         yield f"  - Tolerance: {prose(part.tolerance)}"
     for argument in part.arguments:
@@ -161,7 +161,7 @@ def _by_family(claim: JudgedClaim) -> Iterator[str]:
         [
             prose(part.key),
             part.verdict,
-            *(prose(sentences.cases(count)) for _, count in sentences.by_kind(part)),
+            *(prose(sentences.cases(count, part.formula)) for _, count in sentences.by_kind(part)),
             prose(_failing(part)),
         ]
         for part in claim.parts
@@ -194,7 +194,7 @@ def _terms(report: Report) -> Iterator[str]:
         for row in sentences.coverage(report)
     )
     yield from table(["family", "problems", *sentences.CASES, "what it is"], rows)
-    yield ""
+    yield from ("", prose(sentences.left_out(report)), "")
 
 
 def _settings(report: Report) -> Iterator[str]:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from verification.ledger.claims import Role
 from verification.ledger.evidence import Outcome, Refutation, Verdict
+from verification.ledger.verdicts import case_word
 from verification.problems.families import FAMILIES
 from verification.report import words
 from verification.report.contents import Cases, JudgedClaim, JudgedPart, Report
@@ -76,13 +77,13 @@ def _counted(claims: Sequence[JudgedClaim]) -> str:
     return listed([f"{count} {named[verdict][count != 1]}" for verdict, count in counted.items() if count])
 
 
-def cases(count: Cases) -> str:
-    """How many cases of a part had which outcome."""
+def cases(count: Cases, formula: bool = False) -> str:
+    """How many cases of a part had which outcome; those of a formula are called evaluations of it."""
     numbers = {name: getattr(count, name) for name in CASES}
     if not (total := sum(numbers.values())):
         return "No cases were drawn for it."
     told = [f"{number:,} {name}" for name, number in numbers.items() if number]
-    return f"{total:,} {'case' if total == 1 else 'cases'}: {listed(told)}."
+    return f"{total:,} {case_word(formula, total)}: {listed(told)}."
 
 
 def worst(part: JudgedPart, told: bool = False) -> str:
@@ -164,16 +165,27 @@ def figures(report: Report) -> list[words.Figure]:
 
 def coverage(report: Report) -> list[Coverage]:
     """Every family that was met."""
-    names = in_order({name for part in report.parts for name in part.families})
+    parts = [part for part in report.parts if not part.formula]
+    names = in_order({name for part in parts for name in part.families})
     problems = report.series.get("coverage", {})
     return [
         Coverage(
             name,
             problems.get(name),
-            Cases.of(part.families[name] for part in report.parts if name in part.families),
+            Cases.of(part.families[name] for part in parts if name in part.families),
         )
         for name in names
     ]
+
+
+def left_out(report: Report) -> str:
+    """What the coverage leaves out: problems on which formulas of the paper were evaluated, and no code."""
+    parts = [part for part in report.parts if part.formula]
+    total = sum(sum(getattr(part.cases, name) for name in CASES) for part in parts)
+    if not total:
+        return ""
+    names = ", ".join(part.key for part in parts)
+    return f"Left out are {total:,} evaluations of formulas alone, which run no code that is judged: {names}."
 
 
 def by_kind(part: JudgedPart) -> list[tuple[str, Cases]]:

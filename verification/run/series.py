@@ -8,6 +8,7 @@ import numpy as np
 from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve
 from convexperc.solvers.paper.loop import run
+from verification.checks.catalogue import CHECKS
 from verification.ledger.claims import ORDERS, READINGS
 from verification.search.engine import Result
 from verification.search.shards import UNBOUNDED
@@ -94,10 +95,16 @@ def distances(result: Result) -> dict[str, Any]:
     }
 
 
+FORMULA_CHECKS = frozenset(check.name for check in CHECKS if not check.product)
+"""Checks that evaluate formulas of the paper alone."""
+
+
 def coverage(result: Result) -> dict[str, int]:
-    """How many problems of each family were looked at, over all checks."""
+    """How many problems of each family were looked at, over all checks that run code that is judged."""
     problems: dict[str, int] = {}
-    for (_, family), count in result.problems.items():
+    for (check, family), count in result.problems.items():
+        if check in FORMULA_CHECKS:
+            continue
         problems[family] = problems.get(family, 0) + count
     return dict(sorted(problems.items()))
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from convexperc.errors import ConvexpercError
 from verification.checks import clarabel, cost
-from verification.checks.catalogue import CHECKS
+from verification.checks.catalogue import CHECKS, FORMULAS
 from verification.checks.interface import Check, Observation
 from verification.counterexamples.files import catalogue
 from verification.counterexamples.found import case_record
@@ -187,7 +187,7 @@ def _search(options: Options, book: Journal, progress: Progress) -> Result:
 def _counts(result: Result, options: Options) -> Iterator[Count]:
     for (part, family), tally in sorted(result.tallies.items(), key=lambda item: item[0]):
         if options.wants(part):
-            yield Count(part, family, **tally.outcomes, worst=tally.worst)
+            yield Count(part, family, **tally.outcomes, worst=tally.worst, formula=part in FORMULAS)
 
 
 def _found(result: Result, options: Options, missing: list[str]) -> Iterator[Record]:
