@@ -85,8 +85,15 @@ def check_of(part: str) -> Check | None:
     raise KeyError(part)
 
 
-def look(fault: Fault) -> Seen:
-    """Plant a fault, look at every problem that the report's run draws for its check, and take it out."""
+def look(fault: Fault, *, enough: int | None = None) -> Seen:
+    """Plant a fault, look at the problems that the report's run draws for its check, and take it out.
+
+    Parameters
+    ----------
+    fault : Fault
+    enough : int, optional
+        Go no further once every part that must name it has failed in that many families.
+    """
     check = check_of(fault.part)
     if check is None:
         true, name, problems = _counted(), COUNTED, 0
@@ -94,12 +101,13 @@ def look(fault: Fault) -> Seen:
             found, broken = _counted(), tuple[str, ...]()
     else:
         drawn, true = _drawn(check.name)
-        name, problems = check.name, len(drawn)
+        name = check.name
         with fault.planted() as patcher, _memory(patcher):
-            found, broken = _played(check, drawn)
+            found, broken, problems = _played(check, drawn, true, fault, enough)
     new = {part: families - true.failed(part) for part, families in found.fails.items()}
     failing = {part: families for part, families in new.items() if families}
-    silent = frozenset(true.fails.keys() - found.fails.keys())
+    ended = check is None or problems == len(drawn)
+    silent = frozenset(true.fails.keys() - found.fails.keys()) if ended else frozenset[str]()
     return Seen(name, failing, silent, frozenset(true.holds), broken, problems)
 
 
@@ -156,18 +164,22 @@ def _drawn(name: str) -> tuple[list[Drawn], Outcomes]:
     return drawn, outcomes
 
 
-def _played(check: Check, drawn: list[Drawn]) -> tuple[Outcomes, tuple[str, ...]]:
-    """What the check says of the same problems now, and what it raised."""
-    outcomes, broken = Outcomes(), list[str]()
-    for each in drawn:
+def _played(
+    check: Check, drawn: list[Drawn], true: Outcomes, fault: Fault, enough: int | None
+) -> tuple[Outcomes, tuple[str, ...], int]:
+    """What the check says of the same problems now, what it raised, and how many it looked at."""
+    outcomes, broken, must = Outcomes(), list[str](), (fault.part, *fault.also)
+    for done, each in enumerate(drawn, 1):
         try:
             with np.errstate(all="ignore"):  # some families are meant to overflow
                 found = list(check.observe(each.problem, Player(each.numbers, check.largest)))
         except Exception as error:
             broken.append(f"{each.family}: {type(error).__name__}: {error}")
-        else:
-            outcomes.note(found, each.family)
-    return outcomes, tuple(broken)
+            continue
+        outcomes.note(found, each.family)
+        if enough and all(len(outcomes.failed(part) - true.failed(part)) >= enough for part in must):
+            return outcomes, tuple(broken), done
+    return outcomes, tuple(broken), len(drawn)
 
 
 _optima: dict[object, referee.Optimum] = {}

@@ -91,13 +91,13 @@ LABEL = (
         "the label of the frame before returned by a warm start",
         "B4/label",
         called_again(recognizing, "recognize", _of_the_start),
-        also=("R1/separated", "B4/share", "B4/tie"),
+        may=("R1/separated", "B4/share", "B4/tie"),
     ),
     Fault(
         "a template excluded where its bound equals the best one",
         "B4/label",
         wrapped(recognizing, "cost_bounds", _equal_excluded),
-        also=("R1/separated", "B4/share", "B4/tie"),
+        may=("R1/separated", "B4/share", "B4/tie"),
     ),
     Fault(
         "pruning gives up a template whose bound equals the best one",
@@ -106,9 +106,9 @@ LABEL = (
     ),
     Fault(
         "overlapping rivals with the interval of another with the same first entry",
-        "R1/separated",
+        "B4/share",
         replaced(recognizing, "_narrowed", _narrowed_by_first_entry),
-        also=("B4/label", "B4/share", "B4/tie"),
+        may=("R1/separated", "B4/label", "B4/tie"),
     ),
     Fault("a proved label exchanged", "B4/label", decided(_swapped_label), also=("B4/tie", "B4/share")),
     Fault("the highest optimum for the lowest", "B4/label", decided(_highest), also=("B4/tie", "B4/share")),
