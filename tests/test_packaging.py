@@ -204,9 +204,9 @@ def test_the_library_names_the_extra_before_it_does_anything(arguments, line, tm
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        ("run --claim D1", refusal("this command", "hypothesis", "verify")),
-        ("report --claim D1", refusal("this command", "hypothesis", "verify")),
-        ("report --evidence pyproject.toml", refusal("this command", "hypothesis", "verify")),
+        ("run --claim D1", refusal("this command", "z3", "verify")),
+        ("report --claim D1", refusal("this command", "z3", "verify")),
+        ("report --evidence pyproject.toml", refusal("this command", "z3", "verify")),
         ("faults --json out.json", refusal("this command", "hypothesis", "verify")),
         ("experiments", refusal("drawing the scenes", "mujoco", "sim,verify")),
         ("experiments --no-simulate --photos .", refusal("this command", "matplotlib", "verify")),
@@ -257,8 +257,8 @@ def test_a_proof_is_written_and_checked_without_an_extra(tmp_path):
 
 @pytest.mark.parametrize("module", ["absent_here", "joblib.no_such_part"])
 def test_a_package_that_is_installed_and_broken_is_not_called_missing(module, tmp_path):
-    (tmp_path / "hypothesis.py").write_text(f"import {module}\n", encoding="utf-8")
-    program = "sys.path.insert(0, sys.argv.pop(1)); ABSENT.discard('hypothesis')\n"
+    (tmp_path / "z3.py").write_text(f"import {module}\n", encoding="utf-8")
+    program = "sys.path.insert(0, sys.argv.pop(1)); ABSENT.discard('z3')\n"
     program += "from verification.__main__ import main; main()"
     done = python(program, tmp_path, "run", "--claim", "D1", "--out", tmp_path / "out")
     assert done.returncode == 1, done

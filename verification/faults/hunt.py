@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from joblib import Parallel, delayed
 
 from convexperc.problem.problem import Problem
 from verification.checks import cost
@@ -29,6 +30,8 @@ COUNTED = "operation counts"
 """Stands for the check and the family where costs are counted."""
 SMALL = (2, 3)
 """Largest n and d of a counterexample: two views and two modalities show every fault."""
+PLAYED = 24
+"""Problems that are looked at with every fault, however soon it shows."""
 TRIES = 300
 """Most problems that are drawn to find a small counterexample."""
 
@@ -92,7 +95,8 @@ def look(fault: Fault, *, enough: int | None = None) -> Seen:
     ----------
     fault : Fault
     enough : int, optional
-        Go no further once every part that must name it has failed in that many families.
+        Go no further once every part that must name it has failed in that many families, or in all that the
+        check is tried on, and `PLAYED` problems were looked at.
     """
     check = check_of(fault.part)
     if check is None:
@@ -109,6 +113,35 @@ def look(fault: Fault, *, enough: int | None = None) -> Seen:
     ended = check is None or problems == len(drawn)
     silent = frozenset(true.fails.keys() - found.fails.keys()) if ended else frozenset[str]()
     return Seen(name, failing, silent, frozenset(true.holds), broken, problems)
+
+
+def look_all(faults: Iterable[Fault], *, enough: int | None = None, jobs: int = 1) -> dict[str, Seen]:
+    """Look at every fault, those of one check in one process, which draws their problems once.
+
+    Parameters
+    ----------
+    faults : iterable of Fault
+    enough : int, optional
+        See `look`.
+    jobs : int
+        Worker processes; the outcome does not depend on it.
+
+    Returns
+    -------
+    dict of str to Seen
+        By the fault's name.
+    """
+    groups: dict[str, list[Fault]] = {}
+    for fault in faults:
+        check = check_of(fault.part)
+        groups.setdefault(COUNTED if check is None else check.name, []).append(fault)
+    largest_first = sorted(groups.values(), key=len, reverse=True)
+    found = Parallel(n_jobs=jobs)(delayed(_looked)(group, enough) for group in largest_first)
+    return {name: seen for each in found for name, seen in each.items()}
+
+
+def _looked(faults: Iterable[Fault], enough: int | None) -> dict[str, Seen]:
+    return {fault.name: look(fault, enough=enough) for fault in faults}
 
 
 @dataclass
@@ -169,6 +202,7 @@ def _played(
 ) -> tuple[Outcomes, tuple[str, ...], int]:
     """What the check says of the same problems now, what it raised, and how many it looked at."""
     outcomes, broken, must = Outcomes(), list[str](), (fault.part, *fault.also)
+    least = min(enough or len(check.families), len(check.families))
     for done, each in enumerate(drawn, 1):
         try:
             with np.errstate(all="ignore"):  # some families are meant to overflow
@@ -177,7 +211,8 @@ def _played(
             broken.append(f"{each.family}: {type(error).__name__}: {error}")
             continue
         outcomes.note(found, each.family)
-        if enough and all(len(outcomes.failed(part) - true.failed(part)) >= enough for part in must):
+        shown = all(len(outcomes.failed(part) - true.failed(part)) >= least for part in must)
+        if enough and shown and done >= PLAYED:
             return outcomes, tuple(broken), done
     return outcomes, tuple(broken), len(drawn)
 
