@@ -36,11 +36,15 @@ SOLVING = tuple(
     for name in ("problem", "solvers", "certificate", "enclosure", "solution", "errors.py", "files.py")
 )
 RECOGNIZING = (*SOLVING, "convexperc/features", "convexperc/recognition")
-JUDGING = ("verification/exact", "verification/problems", "verification/checks", "verification/search")
+JUDGING = tuple(
+    f"verification/{name}" for name in ("exact", "problems", "checks", "search", "ledger", "journal.py")
+)
 SUBJECTS: dict[str, tuple[str, ...]] = {
     "campaign": (
         *SOLVING,
-        *(f"verification/{name}" for name in ("exact", "problems", "checks/clarabel.py")),
+        *(f"verification/{name}" for name in ("exact", "problems", "journal.py")),
+        *(f"verification/checks/{name}.py" for name in ("clarabel", "interface", "measures")),
+        *(f"verification/ledger/{name}.py" for name in ("evidence", "surveys")),
         *(f"verification/search/{name}.py" for name in ("campaign", "certify", "tallies", "tasks")),
     ),
     "benchmark": (*RECOGNIZING, "verification/bench"),
@@ -48,10 +52,11 @@ SUBJECTS: dict[str, tuple[str, ...]] = {
     "report": (
         *RECOGNIZING,
         *JUDGING,
-        *(f"verification/{name}" for name in ("counterexamples", "ledger", "proofs", "report", "run")),
+        *(f"verification/{name}" for name in ("counterexamples", "proofs", "run")),
     ),
 }
-"""The code that each kind of generated file speaks of: when it changes, the file is to be made anew."""
+"""The code on which each kind of generated file depends for what it says, though not for how its pages look:
+when it changes, the file is to be made anew."""
 CODE = (".py", ".toml", ".json", ".j2", ".css")
 """What counts as code; Python by its syntax, without comments and docstrings."""
 UNKNOWN = "unknown"

@@ -4,6 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import grimp
 import pytest
 
 from verification import provenance
@@ -72,6 +73,39 @@ def test_files_and_their_names_count_and_texts_do_not(top: Path) -> None:
 def test_every_place_of_a_subject_is_there(subject: str) -> None:
     for place in provenance.SUBJECTS[subject]:
         assert (provenance.TOP / place).exists(), place
+
+
+MAKERS = {
+    "campaign": ["search.certify"],
+    "benchmark": ["bench.run", "bench.floor", "bench.picture_frames", "bench.proof_times"],
+    "faults": ["faults.hunt", "faults.own"],
+    "report": ["run.stages"],
+}
+"""What finds what the files of a subject say."""
+
+
+@pytest.fixture(scope="module")
+def graph() -> grimp.ImportGraph:
+    return grimp.build_graph("convexperc", "verification")
+
+
+@pytest.mark.parametrize("subject", provenance.SUBJECTS)
+def test_a_subject_has_all_code_that_its_makers_import(subject: str, graph: grimp.ImportGraph) -> None:
+    """Only what stamps the files is left out."""
+    makers = {f"verification.{name}" for name in MAKERS[subject]}
+    modules = makers.union(*(graph.find_upstream_modules(maker) for maker in makers))
+    paths = {provenance.TOP.joinpath(*name.split(".")) for name in modules}
+    needed = {path.with_suffix(".py") for path in paths if path.with_suffix(".py").exists()}
+    places = [provenance.TOP / place for place in provenance.SUBJECTS[subject]]
+    listed = {file for place in places for file in (place.rglob("*.py") if place.is_dir() else [place])}
+    missing = {file.relative_to(provenance.TOP).as_posix() for file in needed - listed}
+    assert missing <= {"verification/provenance.py"}, missing
+    assert needed & listed, subject
+
+
+@pytest.mark.parametrize("data", [{}, {"made": {}}, {"made": {"code": "0"}}, {"volatile": {}}])
+def test_a_file_without_the_stamp_of_the_present_code_is_not_current(data: dict[str, object]) -> None:
+    assert not provenance.is_current(data, "campaign")
 
 
 def test_a_stamp_is_the_same_in_another_process() -> None:
