@@ -9,6 +9,10 @@ from convexperc.errors import MissingExtraError
 from convexperc.simulation.backends import RenderingError
 from convexperc.simulation.opengl import Engine, engine
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+"""For the workers and the processes that tests start: their matrices are small, and threads that wait for one
+another, where every core is in use, cost more than the products."""
+
 settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", parent=settings.get_profile("default"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "default")

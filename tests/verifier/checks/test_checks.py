@@ -12,6 +12,7 @@ import pytest
 from verification.checks import catalogue
 from verification.checks.catalogue import CHECKS
 from verification.checks.interface import Check, Player, Recorder
+from verification.exact.algorithm import ORDERS
 from verification.ledger.claims import PARTS
 from verification.problems.families import FAMILIES, seeded
 from verification.problems.sources import Seeded
@@ -23,8 +24,20 @@ def test_names_and_parts_are_those_of_the_ledger():
     assert len(set(NAMES)) == len(NAMES), NAMES
     parts = [part for check in CHECKS for part in check.parts]
     assert set(parts) <= set(PARTS), set(parts) - set(PARTS)
-    twice = {part for part, count in Counter(parts).items() if count > 1}
-    assert twice == {"T1c/absolute", "T1c/limit"}, "these are observed in both orders of the updates"
+    variants = {
+        "absolute": ["absolute"],
+        "corrected": ["limit"],
+        "smoothed": ["smoothed_descent", "smoothed_distance"],
+    }
+    assert {
+        part: [check.name for check in CHECKS if part in check.parts]
+        for part, count in Counter(parts).items()
+        if count > 1
+    } == {
+        f"T1c/{name}": [f"descent {variant} {order}" for order in ORDERS]
+        for variant, names in variants.items()
+        for name in names
+    }, "the ledger states these for both orders of the updates at once"
     assert all(check.families and set(check.families) <= set(FAMILIES) for check in CHECKS), NAMES
     assert all(topic.CHECKS for topic in catalogue.TOPICS)
 

@@ -354,7 +354,7 @@ def test_an_interruption_after_the_search_loses_nothing_of_it(explored, monkeypa
     def broken_off():
         raise KeyboardInterrupt
 
-    command = ("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path)
+    command = ("run", "--claim", "L1", "--jobs", 1, "--out", tmp_path)
     with monkeypatch.context() as patched:
         patched.setattr(verification.run.stages, "all_arguments", broken_off)
         expect(3, run(*command))

@@ -58,6 +58,7 @@ def good():
     return rendered()
 
 
+@pytest.mark.usefixtures("drawn_anew")
 def test_the_same_evidence_gives_the_same_bytes(good):
     assert rendered() == good
 
