@@ -10,6 +10,7 @@ from pathlib import Path
 from pkgutil import resolve_name
 
 import pytest
+from interpreter import Interpreter
 
 import convexperc
 from convexperc.problem import read_problem
@@ -89,10 +90,16 @@ EXAMPLES: dict[str, Callable[[list[str]], None]] = {
 """What the examples of each document print; those of one document continue one another."""
 
 
+@pytest.fixture(scope="module")
+def interpreter():
+    forking = Interpreter()
+    yield forking
+    forking.close()
+
+
 @pytest.mark.parametrize("document", EXAMPLES)
-def test_the_examples_run_and_print_what_is_proved(document):
-    code = "".join(blocks(document, "python"))
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+def test_the_examples_run_and_print_what_is_proved(interpreter, document):
+    done = interpreter.run("".join(blocks(document, "python")))
     assert done.returncode == 0, done.stderr
     EXAMPLES[document](done.stdout.splitlines())
 
