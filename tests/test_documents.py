@@ -10,7 +10,6 @@ from pathlib import Path
 from pkgutil import resolve_name
 
 import pytest
-from interpreter import Interpreter
 
 import convexperc
 from convexperc.problem import read_problem
@@ -88,13 +87,6 @@ EXAMPLES: dict[str, Callable[[list[str]], None]] = {
     "docs/solvers.md": solvers,
 }
 """What the examples of each document print; those of one document continue one another."""
-
-
-@pytest.fixture(scope="module")
-def interpreter():
-    forking = Interpreter()
-    yield forking
-    forking.close()
 
 
 @pytest.mark.parametrize("document", EXAMPLES)
