@@ -1,9 +1,11 @@
 """Hypothesis profiles: random at home, derandomised where CI says so. What draws, where something does."""
 
 import os
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import HealthCheck, settings
+from interpreter import Interpreter
 
 from convexperc.errors import MissingExtraError
 from convexperc.simulation.backends import RenderingError
@@ -16,6 +18,14 @@ another, where every core is in use, cost more than the products."""
 settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", parent=settings.get_profile("default"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "default")
+
+
+@pytest.fixture(scope="session")
+def interpreter() -> Iterator[Interpreter]:
+    """Runs programs as ``python -c`` does."""
+    forking = Interpreter()
+    yield forking
+    forking.close()
 
 
 @pytest.fixture(scope="session")

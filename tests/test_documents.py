@@ -90,9 +90,8 @@ EXAMPLES: dict[str, Callable[[list[str]], None]] = {
 
 
 @pytest.mark.parametrize("document", EXAMPLES)
-def test_the_examples_run_and_print_what_is_proved(document):
-    code = "".join(blocks(document, "python"))
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+def test_the_examples_run_and_print_what_is_proved(interpreter, document):
+    done = interpreter.run("".join(blocks(document, "python")))
     assert done.returncode == 0, done.stderr
     EXAMPLES[document](done.stdout.splitlines())
 

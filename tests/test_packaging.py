@@ -2,17 +2,16 @@
 
 import ast
 import json
-import os
 import re
-import subprocess
 import sys
 import tomllib
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import distribution, packages_distributions
 from pathlib import Path
 
 import numpy as np
 import pytest
+from interpreter import Interpreter
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -109,19 +108,22 @@ def absent():
     return json.dumps(sorted(set(packages_distributions()) - there))
 
 
-def python(program, *arguments, folder=None):
-    """Run a program as if no extra were installed."""
-    command = [sys.executable, "-c", WITHOUT + program, absent(), *map(str, arguments)]
-    plain = os.environ | {"COLUMNS": "140", "NO_COLOR": "1", "PYTHONPATH": str(ROOT)}
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, env=plain)
+@pytest.fixture(scope="module")
+def python():
+    """Runs a program as if no extra were installed."""
+    interpreter = Interpreter(WITHOUT, absent())
+    yield interpreter.run
+    interpreter.close()
 
 
-def convexperc(*arguments, folder=None):
-    return python("from convexperc.__main__ import main; main()", *arguments, folder=folder)
+@pytest.fixture
+def convexperc(python):
+    return partial(python, "from convexperc.__main__ import main; main()")
 
 
-def verifier(*arguments, folder=None):
-    return python("from verification.__main__ import main; main()", *arguments, folder=folder)
+@pytest.fixture
+def verifier(python):
+    return partial(python, "from verification.__main__ import main; main()")
 
 
 def refusal(what, module, extra):
@@ -135,7 +137,7 @@ def test_what_is_left_out_is_what_the_extras_bring():
     assert not {"numpy", "cvxpy", "clarabel", "osqp", "numba", "flint", "cv2", "typer"} & left_out, left_out
 
 
-def test_every_module_of_the_library_is_imported_without_an_extra():
+def test_every_module_of_the_library_is_imported_without_an_extra(python):
     done = python(IMPORT_ALL)
     assert done.returncode == 0, done.stderr
     failed = json.loads(done.stdout)
@@ -190,7 +192,7 @@ def test_every_distribution_of_an_installation_is_pinned_and_no_address_is_given
         ("simulate scene scene.json out", refusal("drawing a scene", "mujoco", "sim")),
     ],
 )
-def test_the_library_names_the_extra_before_it_does_anything(arguments, line, tmp_path):
+def test_the_library_names_the_extra_before_it_does_anything(convexperc, arguments, line, tmp_path):
     if "scene.json" in arguments:
         example = convexperc("simulate", "example")
         assert example.returncode == 0, example.stderr
@@ -214,7 +216,7 @@ def test_the_library_names_the_extra_before_it_does_anything(arguments, line, tm
         ("bench --growth --plot a.svg", refusal("the picture", "matplotlib", "plot")),
     ],
 )
-def test_the_verifier_names_the_extra_before_it_does_anything(arguments, line, tmp_path):
+def test_the_verifier_names_the_extra_before_it_does_anything(verifier, arguments, line, tmp_path):
     done = verifier(*arguments.split(), folder=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", line)
     assert not list(tmp_path.iterdir())
@@ -231,13 +233,13 @@ def test_the_verifier_names_the_extra_before_it_does_anything(arguments, line, t
         ("campaign --random 1 --degenerate 1 --referee 1 --solver conic", "certif."),
     ],
 )
-def test_the_verifier_does_without_an_extra_what_needs_none(arguments, shown, tmp_path):
+def test_the_verifier_does_without_an_extra_what_needs_none(verifier, arguments, shown, tmp_path):
     done = verifier(*arguments.split(), folder=tmp_path)
     assert done.returncode == 0, done
     assert shown in done.stdout, done
 
 
-def test_a_proof_is_written_and_checked_without_an_extra(tmp_path):
+def test_a_proof_is_written_and_checked_without_an_extra(convexperc, verifier, tmp_path):
     rng = np.random.default_rng(7)
     X = rng.normal(size=(4, 6))
     problem = Problem(X, X[0], modalities={"a": 3, "b": 3}, lambda1=0.2, lambda2=0.6, lambda3=0.1)
@@ -256,7 +258,7 @@ def test_a_proof_is_written_and_checked_without_an_extra(tmp_path):
 
 
 @pytest.mark.parametrize("module", ["absent_here", "joblib.no_such_part"])
-def test_a_package_that_is_installed_and_broken_is_not_called_missing(module, tmp_path):
+def test_a_package_that_is_installed_and_broken_is_not_called_missing(python, module, tmp_path):
     (tmp_path / "z3.py").write_text(f"import {module}\n", encoding="utf-8")
     program = "sys.path.insert(0, sys.argv.pop(1)); ABSENT.discard('z3')\n"
     program += "from verification.__main__ import main; main()"

@@ -4,6 +4,7 @@ Faults of the certificate itself are planted by the mutation test, tests/verifie
 """
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,17 +64,17 @@ def bench() -> list[Judged]:
     return [judged(family, index) for family in FAMILIES for index in range(3)]
 
 
-def contradictions(bench: list[Judged]) -> list[str]:
-    found = []
+def contradictions(bench: list[Judged]) -> Iterator[str]:
     for each in bench:
         for (w, u), thorough in itertools.product(each.points, (False, True)):
             proof = certify(each.problem, w, u, thorough=thorough)
-            found += [f"{each.name}: {false}" for false in violations(each.problem, w, u, proof, each.truth)]
-    return found
+            yield from (
+                f"{each.name}: {false}" for false in violations(each.problem, w, u, proof, each.truth)
+            )
 
 
 def test_the_certificate_as_it_is_contradicts_nothing(bench: list[Judged]) -> None:
-    found = contradictions(bench)
+    found = list(contradictions(bench))
     assert not found, found
     assert all(each.truth.tight for each in bench), [each.name for each in bench if not each.truth.tight]
 
@@ -140,7 +141,7 @@ def test_a_point_that_is_not_finite_proves_nothing(bench: list[Judged], bad: flo
 
 def test_where_the_search_ends_decides_nothing(bench: list[Judged], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(certificate.Certifier, "_is_enough", lambda judge, gap, lower: True)
-    found = contradictions(bench)
+    found = list(contradictions(bench))
     assert not found, found
 
 
@@ -150,4 +151,4 @@ def test_the_pull_of_the_modalities_doubled_is_caught(
     """The few problems of a quick search do not show this fault: it takes points that are nearly optimal."""
     true = duality.inner_by_group
     monkeypatch.setattr(duality, "inner_by_group", lambda x, y, g: tuple(2.0 * end for end in true(x, y, g)))
-    assert contradictions(bench)
+    assert any(contradictions(bench))

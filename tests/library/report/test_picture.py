@@ -1,7 +1,5 @@
 """The figure: what it shows for few and many views and objects, and that it is the same each time."""
 
-import subprocess
-import sys
 from html import unescape
 from xml.etree import ElementTree
 
@@ -129,7 +127,7 @@ def test_what_cannot_be_drawn_is_refused():
     assert [picture_kind(name) for name in ("a.b.PNG", "x.svg")] == ["png", "svg"]
 
 
-def test_pyplot_and_its_global_state_stay_out():
+def test_pyplot_and_its_global_state_stay_out(interpreter):
     code = "import sys, convexperc.report.figure; print('matplotlib.pyplot' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"
+    done = interpreter.run(code)
+    assert done.stdout.strip() == "False", done

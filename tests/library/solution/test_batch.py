@@ -43,11 +43,13 @@ def test_every_family_is_answered_as_by_solve(family):
     for index in range(3):
         one = seeded(family, 4, index)
         two = seeded(family, 5, index).o
-        O = np.stack([one.o, np.resize(two, one.d), one.o], axis=1)
+        places = (0, 1, 0) if index == 0 else (0, 1)  # a template twice, once in each family
+        O = np.stack([one.o, np.resize(two, one.d)], axis=1)[:, places]
+        answers = [solve(one.for_template(o)) for o in O.T[:2]]
         names = dict(zip(LAMBDAS, one.lambdas, strict=True))
         found = solve_many(one.X, O, modalities=one.modalities, **names)
-        for j in range(3):
-            alone = solve(one.for_template(O[:, j]))
+        for j, place in enumerate(places):
+            alone = answers[place]
             assert agrees(found, j, alone), (family, index, j, found.lower[j], found.upper[j], alone)
             assert found.status(j) is not Status.NOT_CERTIFIED, (family, index, j)
             again = certify(alone.problem, found.w[j], found.u(j))

@@ -1,7 +1,5 @@
 import math
 import pickle
-import subprocess
-import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -177,7 +175,7 @@ def test_without_a_solver_every_answer_is_certified_or_enclosed():
         assert found.solver.startswith("newton"), found.solver
 
 
-def test_what_is_no_solver_is_refused():
+def test_what_is_no_solver_is_refused(interpreter):
     """In an interpreter of its own: the tests' type checks would refuse it before `solve` does."""
     code = """
 from convexperc import Conic, Problem, solve
@@ -187,7 +185,8 @@ for solver in ("conic", Conic, 3):
     except ValueError as error:
         print(type(error).__name__, error)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = interpreter.run(code)
+    assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert len(lines) == 3, done.stdout
     assert all(line.startswith("InputError solver must be a solver: an object with") for line in lines), lines

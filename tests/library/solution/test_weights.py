@@ -1,5 +1,6 @@
 """Intervals of the optimal weights: closed forms, long arithmetic, planted faults, and what has no answer."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
@@ -61,7 +62,7 @@ def missed(intervals: Intervals, exact: list[Fraction]) -> list[int]:
     return [k for k, (low, value, high) in enumerate(bounds) if not (low <= value <= high)]
 
 
-def cases():
+def cases() -> Iterator[tuple[Solution, list[Fraction], list[Fraction]]]:
     """Points beside a known optimum, judged by the optimal dual, so that sqrt(gap) is their distance."""
     for lambdas in [(1.0, 0.5, 0.25), (0.0, 0.5, 0.25), (0.0, 0.0, 1.0), (4.0, 0.25, 8.0)]:
         problem, w, u = diagonal(lambdas)
@@ -78,18 +79,22 @@ def cases():
         yield given(problem, [0.875 + step, 0.875 - step], [0.75], ([-0.5], [-0.25, -0.25])), w, u
 
 
-def all_missed() -> int:
-    """How many weights of all cases lie outside their intervals."""
-    count = 0
-    for solution, w, u in cases():
+@pytest.fixture(scope="module")
+def known() -> list[tuple[Solution, list[Fraction], list[Fraction]]]:
+    return list(cases())
+
+
+def all_missed(known) -> Iterator[WeightIntervals]:
+    """The intervals outside of which a weight lies."""
+    for solution, w, u in known:
         found = weight_intervals(solution)
         assert found.gap <= 2.0**-14, found.gap
-        count += len(missed(found.views, w)) + len(missed(found.modalities, u))
-    return count
+        if missed(found.views, w) or missed(found.modalities, u):
+            yield found
 
 
-def test_every_point_beside_a_known_optimum_encloses_it():
-    assert all_missed() == 0
+def test_every_point_beside_a_known_optimum_encloses_it(known):
+    assert list(all_missed(known)) == []
 
 
 def scaled_reach(change):
@@ -137,9 +142,9 @@ def no_radius(patch):
     ],
     ids=["half", "no root", "nothing", "inverse", "null space", "zeros", "dual", "no radius"],
 )
-def test_a_planted_fault_is_seen(monkeypatch, plant):
+def test_a_planted_fault_is_seen(known, monkeypatch, plant):
     plant(monkeypatch)
-    assert all_missed() > 0
+    assert any(True for _ in all_missed(known))
 
 
 @pytest.mark.parametrize("lambdas", [(1.0, 0.5, 0.25), (0.0, 0.5, 0.25), (4.0, 0.25, 8.0), (2.0, 40.0, 1.0)])
@@ -181,7 +186,7 @@ def test_a_float_answer_and_long_arithmetic_agree_on_a_frame(lambdas):
 @pytest.mark.parametrize(
     "family", ["random", "duplicate_rows", "lambda1_zero", "lambda2_zero", "scaled_data"]
 )
-@pytest.mark.parametrize("index", range(12))
+@pytest.mark.parametrize("index", range(6))
 def test_a_float_answer_and_long_arithmetic_agree(family, index):
     problem = seeded(family, 21, index)
     solution, long = solve(problem), enclose(problem, bits=256)

@@ -26,7 +26,7 @@ def random_problem(seed: int, lambdas=None) -> Problem:
     return Problem(X, o, modalities=[cut, d - cut], lambda1=one, lambda2=two, lambda3=three)
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(30))
 def test_it_finds_the_optimum_of_the_conic_model(seed):
     problem = random_problem(seed)
     found, reference = solve(problem, Newton()), solve(problem, Conic())

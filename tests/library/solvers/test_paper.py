@@ -3,6 +3,7 @@
 import pickle
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import cache
 from itertools import product
 from typing import Any
 
@@ -337,6 +338,12 @@ def random_problem(seed: int, shape: tuple[int, list[int]] | None = None, **lamb
     return Problem(X, o, modalities=sizes, **(drawn | lambdas))
 
 
+@cache
+def corrected(seed: int, order: Order = Order.GAUSS_SEIDEL) -> PaperTrace:
+    """Where the corrected variant takes `random_problem(seed)`."""
+    return run(random_problem(seed), variant=CORRECTED, order=order)
+
+
 def lower_bound(problem: Problem, w: np.ndarray, u: np.ndarray) -> float:
     """D(s a, s b) <= F* for a, b from (w, u), scaled to be feasible."""
     a, b = 2 * (problem.X.T @ w - problem.o), 2 * problem.lambda1 * (problem.X @ u - w)
@@ -353,7 +360,7 @@ def lower_bound(problem: Problem, w: np.ndarray, u: np.ndarray) -> float:
 def test_direct_and_woodbury_are_one_iteration(
     shape: tuple[int, list[int]], variant: UpdateVariant, order: Order
 ) -> None:
-    for seed in range(4):
+    for seed in range(2):
         problem = random_problem(seed, shape)
         options: dict[str, Any] = {
             "variant": variant,
@@ -374,7 +381,7 @@ def test_direct_and_woodbury_are_one_iteration(
 @pytest.mark.parametrize("variant", DESCENDING, ids=lambda variant: variant.name)
 def test_own_objective_never_rises(variant: UpdateVariant, order: Order) -> None:
     """Jacobi too: the Hessian stays positive semidefinite when its coupling of w and u changes sign."""
-    for seed in range(12):
+    for seed in range(6):
         problem = random_problem(seed)
         rng = np.random.default_rng(seed)
         for start in (None, (rng.normal(size=problem.n), 10 * rng.normal(size=problem.d))):
@@ -388,7 +395,7 @@ def test_own_objective_never_rises(variant: UpdateVariant, order: Order) -> None
 def test_corrected_reaches_the_optimum(order: Order) -> None:
     for seed in range(5):
         problem = random_problem(seed)
-        trace = run(problem, variant=CORRECTED, order=order)
+        trace = corrected(seed, order)
         low = lower_bound(problem, trace.w, trace.u)
         assert trace.stop is Stop.CONVERGED, (seed, trace.stop)
         assert low <= trace.F[-1] + RISE_ROUNDING * trace.scale, (seed, low, trace.F[-1])
@@ -426,7 +433,7 @@ def test_smoothed_limit_is_within_its_bound(eps: float | None) -> None:
     for seed in range(3):
         problem = random_problem(seed)
         trace = run(problem, variant=smoothed(eps))
-        best = run(problem, variant=CORRECTED)
+        best = corrected(seed)
         low = lower_bound(problem, best.w, best.u)
         used = trace.variant.eps
         assert used is not None
@@ -519,7 +526,7 @@ def test_any_lambda_may_be_zero(
     for variant in VARIANTS:
         plain = run(problem, variant=variant, **options)
         assert (plain.stop is Stop.SINGULAR) == singular, (variant.name, plain.stop)
-        trace = run(problem, variant=variant, on_singular="minimum_norm", **options)
+        trace = run(problem, variant=variant, on_singular="minimum_norm", **options) if singular else plain
         assert trace.iterations >= 1, trace
         assert np.isfinite(trace.F).all(), trace.F
         assert trace.own_rises().size == 0, (variant.name, trace.own)
@@ -537,7 +544,7 @@ def test_any_lambda_may_be_zero(
 def test_without_lambda3_the_rank_decides(
     n: int, d: int, rank: int, singular: bool, linear_solver: LinearSolver
 ) -> None:
-    for seed in range(4):
+    for seed in range(2):
         rng = np.random.default_rng(seed)
         X = rng.normal(size=(n, rank)) @ rng.normal(size=(rank, d))
         problem = Problem(X, rng.normal(size=d), lambda1=0.5, lambda2=0.2, lambda3=0)
