@@ -1,5 +1,6 @@
 import itertools
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -185,6 +186,15 @@ def test_tolerances_decide_and_are_recorded():
     assert (loose.relative_tolerance, loose.absolute_tolerance) == (1e-2, 0.0)
     assert strict.relative_gap == pytest.approx(strict.gap / strict.lower)
     assert strict.share_of_target == pytest.approx(strict.gap / 64)
+
+
+def test_an_interval_is_enclosed_by_its_width_whatever_the_gap_of_the_point():
+    proof = certify(posed([[1.0, 0.5], [0.25, 1.0]], [1.0, 1.0], (1.0, 0.1, 0.1)), [0.0, 0.0], [0.0, 0.0])
+    infinite = dict.fromkeys(("gap", "relative_gap", "share_of_target"), math.inf)
+    proof = replace(proof, **infinite, lower=1.0, target=1.0)
+    assert replace(proof, upper=1.0 + 0.9e-9).enclosed
+    assert not replace(proof, upper=1.0 + 1.1e-9).enclosed
+    assert not replace(proof, upper=1.0 + 0.9e-9).certified
 
 
 @pytest.mark.parametrize("lambdas", list(itertools.product([0.0, 0.75], [0.0, 0.25], [0.0, 0.5])))

@@ -1,6 +1,7 @@
 """Ball arithmetic: its interval against closed forms, exact rationals and the float64 certificate."""
 
 import itertools
+from dataclasses import replace
 from fractions import Fraction
 
 import flint
@@ -13,7 +14,7 @@ from convexperc.enclosure.active_set import ActiveSetNewton, Start
 from convexperc.enclosure.balls import ReducedBalls, precision
 from convexperc.enclosure.central_path import Central
 from convexperc.enclosure.enclosure import certify_in_balls, enclose
-from convexperc.enclosure.interval import dual_value, objective_at, primal_value
+from convexperc.enclosure.interval import _limited, dual_value, objective_at, primal_value
 from convexperc.errors import PrecisionError
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
@@ -337,3 +338,18 @@ def test_a_start_that_is_far_off_costs_steps_and_not_the_interval():
     assert given.relative_width <= 1e-12, given.relative_width
     assert given.lower <= without.upper, (given.lower, without.upper)
     assert without.lower <= given.upper, (without.lower, given.upper)
+
+
+def test_the_scale_of_a_dual_point_fits_the_largest_norm_of_its_ball():
+    one = flint.arb(1)
+    assert _limited(one, one, flint.arb(2, 0.5)) * 2.5 <= one
+    assert _limited(one, one, flint.arb(0.5, 0.25)) == one
+
+
+def test_the_gap_in_balls_reaches_down_to_the_lower_bound():
+    problem = Problem([[1.0, 0.5], [0.25, 1.0]], [1.0, 1.0], lambda1=1.0, lambda2=0.1, lambda3=0.1)
+    found = enclose(problem)
+    before = replace(certify(problem, found.w, found.u), lower=0.0)
+    proof = certify_in_balls(problem, replace(found, lower=0.5 * found.lower), before)
+    assert proof.lower == 0.5 * found.lower, proof
+    assert proof.gap >= proof.objective[0] - proof.lower > 0.0, proof

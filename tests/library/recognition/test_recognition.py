@@ -81,6 +81,23 @@ def test_all_zero_optima_tie_whatever_the_norms(dog):
     assert not found.template("car").solution.w.any(), found.template("car").solution.w
 
 
+@pytest.mark.parametrize(
+    ("X", "references"),
+    [
+        ([[1, 0.5, 0, 0]], {"a": [1, 0, 0, 0.5], "b": [1, 0, 0.5, 0]}),
+        ([[1, 0, 0]], {"a": [1, 0, 0], "b": [0.5, 0, 0.75**0.5]}),
+    ],
+)
+def test_just_below_the_critical_lambda2_of_one_template_not_every_optimum_is_zero(X, references):
+    critical = 2.0 * np.abs(np.array(X) @ np.array(list(references.values())).T).max()
+    above, below = (
+        recognize(X, references, lambda1=1.0, lambda2=factor * critical, lambda3=1.0)
+        for factor in (1 + 1e-9, 1 - 1e-9)
+    )
+    assert "w = u = 0" in above.reason, above.reason
+    assert "w = u = 0" not in below.reason, below.reason
+
+
 def test_poor_answers_leave_the_label_undecided():
     found = recognized(solver=Poor(), escalate=False)
     assert (found.verdict, found.label) == (Verdict.UNDECIDED, None)

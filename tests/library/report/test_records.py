@@ -225,6 +225,23 @@ def test_a_recognition_record_says_what_the_recognition_says():
     assert record["schema"] == "convexperc/recognition/4"
 
 
+def test_every_template_has_its_own_bounds_gap_and_proved_zeros():
+    objects = {"p": [1.0, 0, 2], "q": [0.0, 1, 0], "r": [0.0, 1, 0]}
+    lambdas = {"lambda1": 1.0, "lambda2": 0.1, "lambda3": 0.2}
+    found = recognize(X, objects, **lambdas, modalities=[1, 1, 1], prune=False)
+    answers, record, (lower, upper) = found.answers, recognition_record(found), found.costs
+    assert record["ranked_for"] == found.candidates[0] != found.candidates[-1]
+    assert len(set(map(tuple, answers.zero_modalities.tolist()))) > 1, answers.zero_modalities
+    assert len(set(answers.gap.tolist())) > 1, answers.gap
+    for j, (name, row) in enumerate(zip(found.names, record["templates"], strict=True)):
+        cost = row["cost"]["lower"]["decimal"], row["cost"]["upper"]["decimal"]
+        assert cost == (lower[j], upper[j]), name
+        assert cost[0] < cost[1], (name, cost)
+        assert found.template(name).gap == answers.gap[j], name
+        proved = {each.name: each.proved_zero for each in found.ranked_modalities(name)}
+        assert proved == dict(zip(("m1", "m2", "m3"), answers.zero_modalities[j].tolist(), strict=True)), name
+
+
 def test_what_is_infinite_is_a_word_that_c_reads(tmp_path):
     problem = small()
     certificate = certify(problem, [np.nan, 0.0], np.zeros(3))

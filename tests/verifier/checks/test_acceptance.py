@@ -79,6 +79,10 @@ def test_a_modality_that_every_optimum_uses_is_not_0() -> None:
     assert any(each.startswith("u*^0 = 0 is not so: without it") for each in found), found
 
 
+def test_the_tolerances_are_the_documented_ones() -> None:
+    assert (Fraction(1e-9), Fraction(1e-14)) == (RELATIVE, ABSOLUTE)
+
+
 @pytest.mark.parametrize("factor", [Fraction(1, 2), Fraction(2)])
 def test_a_gap_is_held_against_the_documented_tolerances(factor: Fraction) -> None:
     problem = separate(2.0, 0.25)

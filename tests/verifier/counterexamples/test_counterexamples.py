@@ -31,6 +31,7 @@ from verification.exact.loop import iterates, start
 from verification.exact.numbers import Enclosure
 from verification.exact.problem import ExactProblem
 from verification.ledger.claims import PARTS
+from verification.ledger.evidence import Outcome
 from verification.problems.sources import Seeded, Source
 
 RECORDS = {record.id: record for record in catalogue()}
@@ -268,9 +269,11 @@ def test_a_failed_case_becomes_a_record_and_is_repeated(tmp_path: Path) -> None:
     assert result.finding == seen[0].detail, result
     assert list(SCHEMA.iter_errors(again.as_json())) == []
     mended = Check("sum", ("B1/objective",), lambda p, s: [Observation.of("B1/objective", True)])
+    unsure = Check("sum", ("B1/objective",), lambda p, s: [Observation("B1/objective", Outcome.UNDECIDED)])
     silent = Check("sum", ("B1/objective",), lambda p, s: [])
     for checks, words in (
         ({"sum": mended}, "held now"),
+        ({"sum": unsure}, "undecided now"),
         ({"sum": silent}, "says nothing"),
         ({}, "no check 'sum'"),
     ):

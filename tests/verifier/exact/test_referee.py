@@ -1,16 +1,19 @@
 """The exact referee against closed forms, identities and itself."""
 
+from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from convexperc.certificate.certificate import certify
 from convexperc.problem.problem import Problem
 from verification.exact.formulation import dual_objective, is_dual_feasible, objective
 from verification.exact.numbers import Enclosure, rationals
 from verification.exact.reduced import Reduced
-from verification.exact.referee import optimum
+from verification.exact.referee import optimum, violations
 from verification.problems.families import FAMILIES, seeded
 from verification.problems.strategies import problems
 
@@ -118,3 +121,22 @@ def test_the_reduction_is_exact(family: str) -> None:
     assert (reduced.G == X @ X.T).all(), (family, p.X)
     assert (reduced.c == X @ o).all(), (family, p.X, p.o)
     assert reduced.target == o @ o, (family, p.o)
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"lower": 0.7}, "lower"),
+        ({"upper": 0.5}, "upper"),
+        ({"gap": 0.0}, "gap"),
+        ({"relative_gap": 1e-3}, "relative gap"),
+        ({"objective": (2.0, 3.0)}, "objective"),
+        ({"objective": (0.0, 0.5)}, "objective"),
+    ],
+)
+def test_each_false_statement_of_a_certificate_is_named_alone(change: dict[str, Any], named: str) -> None:
+    problem = scalar(1.0, 1.0, 0.5, 0.25)  # F* = 19/32 and F(0, 0) = 1
+    proof, truth = certify(problem, [0.0], [0.0]), optimum(problem)
+    assert violations(problem, np.zeros(1), np.zeros(1), proof, truth) == []
+    found = violations(problem, np.zeros(1), np.zeros(1), replace(proof, **change), truth)
+    assert [each.startswith(named) for each in found] == [True], found

@@ -193,6 +193,11 @@ def test_better_holds_equal_is_refuted_noisy_is_left_open() -> None:
     assert judge(paired(-0.05, 0.1), rule(6), DESIGN).outcome == "refuted"
 
 
+def test_a_bound_is_compared_as_it_is_not_rounded_to_a_few_decimals() -> None:
+    assert judge(Comparisons({"a": np.full(50, 0.004)}), rule(1, 0.0), DESIGN).outcome == "holds"
+    assert judge(Comparisons({"a": np.full(50, 0.01 - 1e-8)}), rule(1), DESIGN).outcome == "refuted"
+
+
 def test_the_comparison_that_decides_is_told() -> None:
     values = {"good": np.full(50, 0.2), "small": np.full(50, 0.1 - 0.09), "bad": np.full(50, -0.1)}
     found = judge(Comparisons(values), rule(3), DESIGN)

@@ -21,6 +21,7 @@ HELD = Count(PART, "random", held=40)
 OPEN = Count(PART, "random", held=40, undecided=3)
 FAILED = Count(PART, "one_view", held=5, failed=2)
 PROOF, UNDER, BROKEN = argument(PART), argument(PART, "no entry is 0"), argument(PART, passed=False)
+OTHER = argument(PART, "n = 1")
 CITED = Argument(PART, "so", "", (Step("so", Checker.CITED, True, "a book"),))
 FOUND, STALE = refutation(PART), refutation(PART, confirmed=False)
 
@@ -38,6 +39,7 @@ RULE = {
     "cases, some undecided": ([OPEN], [], [], Verdict.SUPPORTED, "3 cases undecided"),
     "an argument": ([], [PROOF], [], Verdict.HOLDS, "proved in 2 checked steps and 1 cited theorem"),
     "an argument and cases": ([HELD], [PROOF], [], Verdict.HOLDS, "tested on 40 cases without a failure"),
+    "two arguments on conditions": ([], [UNDER, OTHER], [], Verdict.HOLDS_UNDER, "proved in 4 checked steps"),
     "an argument on a condition": ([HELD], [UNDER], [], Verdict.HOLDS_UNDER, "proved"),
     "two arguments": (
         [],
@@ -91,6 +93,11 @@ def test_the_rule_for_a_part(case):
     assert found.verdict is verdict, found
     assert reason in found.reason, found
     assert bool(found.condition) == (verdict is Verdict.HOLDS_UNDER), found
+
+
+def test_one_of_the_conditions_is_enough():
+    found = judge_part(PARTS[PART], Evidence(arguments=[UNDER, OTHER]))
+    assert found.condition == "no entry is 0 or n = 1", found
 
 
 def test_a_proof_and_a_counterexample_of_one_part_contradict_each_other():
@@ -189,10 +196,20 @@ def flipped(part):
     ]
 
 
+def broken(part):
+    """The arguments, with that of one part failed."""
+    return [each if each.part != part else argument(part, passed=False) for each in evidence().arguments]
+
+
 EXPECTED = verdicts(evidence())
 EXITS = {
     "equal": ({}, 0, ""),
     "a proof was lost": ({"arguments": []}, 1, "D1/corrected: supported, the baseline says holds"),
+    "a proof failed, and no case was run": (
+        {"arguments": broken("D1/corrected"), "counts": without("D1/corrected")},
+        1,
+        "D1/corrected: inconclusive, the baseline says holds",
+    ),
     "a counterexample was lost": (
         {"refutations": []},
         1,

@@ -19,9 +19,10 @@ from verification.journal import Journal
 from verification.ledger.evidence import Outcome
 from verification.problems.families import seeded
 from verification.problems.sources import Seeded, Source
+from verification.search import engine
 from verification.search.engine import Result, plan, search
 from verification.search.profiles import PROFILES, Profile
-from verification.search.shards import Shard, explore, plain, problem_of, size_of
+from verification.search.shards import UNBOUNDED, Found, Shard, _decade, explore, plain, problem_of, size_of
 
 PART = "F1/bounded"
 OTHER = "F1/convex"
@@ -111,6 +112,16 @@ def test_an_exception_of_a_check_is_told_not_hidden() -> None:
     assert "AssertionError" in result.broken[0], result.broken
 
 
+def test_an_exception_of_a_check_while_a_failure_is_shrunk_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def exploring(shard: Shard, check: Check, seed: int) -> Found:
+        return explore(shard, BROKEN if shard.hunt else check, seed)
+
+    monkeypatch.setattr(engine, "explore", exploring)
+    result = search([LARGE], SMALL, 3)
+    assert result.broken, "nothing was shrunk"
+    assert all("robots" in each and f"|{PART}" in each for each in result.broken), result.broken
+
+
 def test_a_check_that_kills_its_process_loses_its_shard_only(unbroken: Result, tmp_path: Path) -> None:
     journal = Journal(tmp_path / "run.jsonl", {"seed": 3})
     result = search([LARGE, KILLER], SMALL, 3, jobs=2, journal=journal)
@@ -134,6 +145,14 @@ def test_targeting_drives_the_measure_up() -> None:
     found = explore(shard, LARGE, 0)
     assert found.problems == 200, found.problems
     assert found.tallies[PART].worst == 3.0, found.tallies[PART]
+
+
+@pytest.mark.parametrize(
+    ("measure", "decade"),
+    [(0.5, 0), (1.0, 0), (1.5, 1), (10.0, 1), (10.5, 2), (0.05, -1), (0.0, -400), (np.inf, UNBOUNDED)],
+)
+def test_a_decade_ends_with_its_power_of_ten(measure: float, decade: int) -> None:
+    assert _decade(measure) == decade
 
 
 def test_what_a_check_draws_can_be_drawn_again() -> None:
