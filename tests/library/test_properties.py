@@ -33,7 +33,7 @@ def points(problem: Problem, t: float) -> list[tuple[str, np.ndarray, np.ndarray
     return [("good", good.w, good.u), ("off", good.w * (1 + 1e-6), good.u), ("flat", *flat)]
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(problem=ORDINARY, t=SIZES)
 def test_a_certificate_says_nothing_false(problem: Problem, t: float) -> None:
     truth = optimum(problem)
@@ -117,7 +117,7 @@ def test_the_order_of_robots_and_modalities_does_not_matter(problem: Problem, da
     )
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(problem=NORMAL, x=st.integers(-60, 60), t=st.integers(-60, 60))
 def test_powers_of_two_change_nothing_but_the_units(problem: Problem, x: int, t: int) -> None:
     one, two, three = problem.lambdas
