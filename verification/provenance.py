@@ -59,6 +59,8 @@ SUBJECTS: dict[str, tuple[str, ...]] = {
 when it changes, the file is to be made anew."""
 CODE = (".py", ".toml", ".json", ".j2", ".css")
 """What counts as code; Python by its syntax, without comments and docstrings."""
+GENERATED = "reports"
+"""Folder of the files that are made one after the other from one commit: that they change is no change of it."""
 UNKNOWN = "unknown"
 SECONDS = 10
 """Longest wait for git."""
@@ -208,7 +210,7 @@ def commit(folder: Path | None = None) -> str:
     try:
         if Path(_git(top, "rev-parse", "--show-toplevel")).resolve() != top:
             return "not a checkout"
-        changed = ", with changes" if _git(top, "status", "--porcelain") else ""
+        changed = ", with changes" if _git(top, "status", "--porcelain", "--", ".", f":!{GENERATED}") else ""
         return _git(top, "rev-parse", "HEAD") + changed
     except subprocess.CalledProcessError:
         return "not a checkout"

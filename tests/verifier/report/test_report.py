@@ -411,8 +411,10 @@ def test_the_commit_is_that_of_the_project_and_of_no_other_checkout(tmp_path):
         subprocess.run([*git, *command], check=True)
     clean = environment.commit(tmp_path)
     assert re.fullmatch("[0-9a-f]{40}", clean), clean
-    (tmp_path / "new").mkdir()
-    (tmp_path / "new" / "file").write_text("")
+    for folder in ("reports", "new"):
+        assert environment.commit(tmp_path) == clean, "what is generated there is no change of the code"
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "file").write_text("")
     assert environment.commit(tmp_path) == f"{clean}, with changes"
     assert environment.commit(tmp_path / "new") == "not a checkout"
 
