@@ -60,7 +60,7 @@ when it changes, the file is to be made anew."""
 CODE = (".py", ".toml", ".json", ".j2", ".css")
 """What counts as code; Python by its syntax, without comments and docstrings."""
 GENERATED = "reports"
-"""Folder of the files that are made one after the other from one commit: that they change is no change of it."""
+"""Folder of the files that are made one after the other from one commit: they are no change of it."""
 UNKNOWN = "unknown"
 SECONDS = 10
 """Longest wait for git."""
