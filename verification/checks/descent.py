@@ -28,8 +28,8 @@ ITERATIONS = 150
 """Most iterations of a run; runs that need more are undecided for T1b."""
 
 ROUNDING = 1e-12
-"""Of max(F(start), ||o||^2): the rounding of F, and of an update whose system is ill-conditioned. The profile ci
-has met 4e-14, on `scaled_data`."""
+"""Of max(F(start), ||o||^2): the rounding of F, and of an update whose system is ill-conditioned. The profile
+ci has met 4e-14, on `scaled_data`."""
 
 SQUARABLE = 1e-70, 1e70
 """Sizes whose products of four stay in float64: the loop squares the data as given, and is judged in here."""
