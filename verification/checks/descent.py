@@ -31,7 +31,7 @@ ROUNDING = 2e-14
 """Of max(F(start), ||o||^2): the rounding of F, as the ledger says. A rise beyond it is confirmed exactly."""
 
 PROMISED = 1e-12
-"""Of the same: the rounding of F, of an update with an ill-conditioned system, and of the squares of its steps.
+"""Of the same: the rounding of F, of an ill-conditioned update, and of the squares of its steps.
 The profile ci has met 4e-14, on `scaled_data`."""
 
 SQUARABLE = 1e-70, 1e70
