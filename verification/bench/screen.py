@@ -3,7 +3,7 @@
 import math
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -16,7 +16,7 @@ from verification.bench.picture_frames import PictureTimes
 from verification.bench.proof_times import ProofTimes
 from verification.bench.reduced_gap import LARGE
 from verification.bench.run import GAP, Outcome, one_thread
-from verification.provenance import installed, processor, stamp
+from verification.provenance import installed, processor
 
 PACKAGES = ("numpy", "scipy", "numba", "cvxpy", "clarabel", "qoco", "scs", "skglm", "celer")
 
@@ -152,10 +152,11 @@ def as_json(
     grown: Sequence[Growth],
     proofs: dict[str, list[ProofTimes]],
     pictures: PictureTimes | None,
+    made: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Plain data; what is not finite becomes None."""
+    """Plain data; what is not finite becomes None. `made` is the stamp of the code that was timed."""
     data = {
-        "made": stamp("benchmark"),
+        "made": dict(made),
         "machine": machine(),
         "gap": GAP,
         "lambdas": LAMBDAS,

@@ -64,12 +64,13 @@ def bench(
     from verification.bench.picture_frames import picture_times  # noqa: PLC0415
     from verification.bench.proof_times import proof_times  # noqa: PLC0415
     from verification.bench.run import one_thread, run  # noqa: PLC0415
+    from verification.provenance import stamp  # noqa: PLC0415
 
     if plot is not None and not growth:
         raise typer.BadParameter("--plot needs --growth")
     with misuse("--plot"):
         kind = None if plot is None else picture_kind(plot)
-    names = instances.split(",")
+    names, made = instances.split(","), stamp("benchmark")  # before the work, during which files may change
     if unknown := [name for name in names if name not in SHAPES]:
         raise typer.BadParameter(f"unknown: {', '.join(unknown)}; known: {', '.join(SHAPES)}")
     screen, outcomes, frames, proofs = console(), {}, {}, {}
@@ -92,7 +93,7 @@ def bench(
 
         write_atomic(plot, growth_plot(grown, kind))
     screen.print_json(data=report.machine())
-    _write(json_file, report.as_json(outcomes, frames, grown, proofs, seen))
+    _write(json_file, report.as_json(outcomes, frames, grown, proofs, seen, made))
 
 
 def _write(file: Path | None, data: dict[str, Any]) -> None:

@@ -131,8 +131,9 @@ def test_tables_and_json_hold_what_was_found():
     assert proofs_table("tiny", proofs).row_count == len(LAMBDAS)
     assert all(each.enclosed_width < 1e-25 < each.relative_width < 1e-8 for each in proofs), proofs
     assert pictures_table(seen).row_count == 1
-    data = as_json({"tiny": outcomes}, {"tiny": frame}, [line], {"tiny": proofs}, seen)
+    data = as_json({"tiny": outcomes}, {"tiny": frame}, [line], {"tiny": proofs}, seen, {"code": "0"})
     assert json.loads(json.dumps(data, allow_nan=False))["frames"]["tiny"]["labelled"] == frame.labelled
+    assert data["made"] == {"code": "0"}, "what made it stands in it"
     assert data["peers"]["tiny"][1]["first_call"] is None
     assert math.isnan(outcomes[0].first_call)
     assert not any("/" in text for text in machine()["blas"])
