@@ -6,16 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from verification.commands.console import console
-from verification.commands.misuse import misuse
+from verification.commands.misuse import FAILED, OPEN, misuse
 from verification.commands.progress import progress
 
 if TYPE_CHECKING:
     from verification.journal import Journal
     from verification.search.campaign import Campaign
     from verification.search.tallies import Report
-
-FAILED, OPEN = 1, 3
-"""Exit codes; 2, of misuse, is typer's."""
 
 
 def campaign(  # noqa: PLR0913, PLR0917 - one for each option

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from verification.commands.console import console
-from verification.commands.misuse import misuse
+from verification.commands.misuse import FAILED, OPEN, misuse
 from verification.commands.progress import progress
 from verification.commands.stored import attach, figures, read_stored
 
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from verification.ledger.baseline import Judged
     from verification.run.stages import Options, Run
 
-FAILED, OPEN = 1, 3
-"""Exit codes; 2, of misuse, is typer's."""
 
 Profiles = Annotated[str, typer.Option("--profile", help="How much is tried: quick, ci or full.")]
 Seed = Annotated[int, typer.Option(min=0, help="Two runs of one seed find the same.")]

@@ -1,24 +1,19 @@
 """The command that does the paper's experiments again; no mathematics."""
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from verification.commands.misuse import misuse
+from verification.commands.console import console
+from verification.commands.misuse import OPEN, misuse
+from verification.commands.progress import progress
 from verification.commands.stored import survey_table
 
 if TYPE_CHECKING:
     from verification.experiments.record.collection import Collection
-
-OPEN = 3
-"""Exit code of a run that was broken off; 2, of misuse, is typer's."""
 
 
 def experiments(
@@ -93,13 +88,13 @@ def experiments(
         if simulate and (simulation is None or case_study is None):
             simulation, case_study = _drawn(folder, seed, workers)
         sets = list(_collections(simulation, case_study, photos, seed))
-        with _progress() as progress:
+        with progress() as show:
             data = run(
                 sets, chosen, design, cache=folder / "features", journal=out / ".journal" / "readings",
-                workers=workers, progress=progress,
+                workers=workers, progress=show,
             )  # fmt: skip
     except KeyboardInterrupt:
-        _console().print("broken off; the same command goes on from there", highlight=False)
+        console().print("broken off; the same command goes on from there", highlight=False)
         raise typer.Exit(OPEN) from None
     given = {"--simulation": simulation, "--case-study": case_study, "--photos": photos}
     data["volatile"]["command"] = _command(given, configurations, seed, repetitions)
@@ -108,7 +103,7 @@ def experiments(
         found = read_experiments(place, with_sheets=False)
         folders = [folder for folder in (simulation, case_study) if folder is not None]
         pages = publish(replace(found, sheets=contact_sheets(found.content, folders)), out)
-    _console().print(survey_table(found.surveys, f"record {found.digest[:12]}"))
+    console().print(survey_table(found.surveys, f"record {found.digest[:12]}"))
     _say(f"wrote {place} and, beside it, {len(pages)} files: pages, figures, contact sheets")
 
 
@@ -129,8 +124,8 @@ def _drawn(folder: Path, seed: int, workers: int) -> tuple[Path, Path]:
     """Draw both simulated sets, or what is missing of them."""
     from verification.experiments.scenes.simulated import draw  # noqa: PLC0415 - keeps --help quick
 
-    with misuse("--cache"), _progress() as progress:
-        return draw(folder, seed, workers, progress)
+    with misuse("--cache"), progress() as show:
+        return draw(folder, seed, workers, show)
 
 
 def _collections(
@@ -153,28 +148,5 @@ def _command(given: dict[str, Path | None], configurations: int, seed: int, repe
     return " ".join([*words, f"--configurations {configurations} --seed {seed} --repetitions {repetitions}"])
 
 
-@contextmanager
-def _progress() -> Iterator[Callable[[str, int, int], None]]:
-    """A bar for each stage on a terminal, else a line each time something is done."""
-    screen = Console(stderr=True)
-    if not screen.is_terminal:
-        yield lambda stage, done, total: typer.echo(f"{stage}: {done} of {total}", err=True)
-        return
-    bars: dict[str, Any] = {}
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=screen) as bar:
-
-        def told(stage: str, done: int, total: int) -> None:
-            if stage not in bars:
-                bars[stage] = bar.add_task(stage, total=total)
-            bar.update(bars[stage], completed=done)
-
-        yield told
-
-
 def _say(line: str) -> None:
-    _console().print(line, highlight=False, markup=False, soft_wrap=True)
-
-
-def _console() -> Console:
-    return Console(file=sys.stdout, width=None if sys.stdout.isatty() else 140)
+    console().print(line, highlight=False, markup=False, soft_wrap=True)

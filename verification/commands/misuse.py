@@ -1,9 +1,12 @@
-"""Errors of the caller as misuse: exit code 2, with the option that is to blame."""
+"""Exit codes, and errors of the caller as misuse: code 2, with the option that is to blame."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import typer
+
+FAILED, OPEN = 1, 3
+"""Exit codes: something was found; a run was broken off or left something open. 2, of misuse, is typer's."""
 
 
 @contextmanager
