@@ -31,6 +31,7 @@ DECIDING = (
 """Packages whose version may change an outcome."""
 TOP = Path(__file__).resolve().parents[1]
 """The folder that holds both packages."""
+PACKAGES = ("convexperc", "verification")
 SOLVING = tuple(
     f"convexperc/{name}"
     for name in ("problem", "solvers", "certificate", "enclosure", "solution", "errors.py", "files.py")
@@ -87,26 +88,6 @@ def record_digest(record: Mapping[str, Any]) -> str:
     return digest({key: value for key, value in record.items() if key not in ("digest", "volatile")})
 
 
-def source_digest(*places: str, without: str = "") -> str:
-    """SHA-256 of Python source, each file by its name and content.
-
-    Parameters
-    ----------
-    places : str
-        Files and folders, relative to the folder that holds both packages; default: both packages.
-    without : str
-        A folder to leave out.
-    """
-    files: set[Path] = set()
-    for place in places or ("convexperc", "verification"):
-        files |= set((TOP / place).rglob("*.py")) if (TOP / place).is_dir() else {TOP / place}
-    kept = sorted(file for file in files if not without or TOP / without not in file.parents)
-    sha = hashlib.sha256()
-    for file in kept:
-        sha.update(file.relative_to(TOP).as_posix().encode() + b"\0" + file.read_bytes())
-    return sha.hexdigest()
-
-
 def stamp(subject: str) -> dict[str, Any]:
     """What made a generated file, to be written into it.
 
@@ -137,15 +118,18 @@ def is_current(data: Mapping[str, Any], subject: str) -> bool:
     return bool(made.get("code") == code_digest(*SUBJECTS[subject]))
 
 
-def code_digest(*places: str) -> str:
+def code_digest(*places: str, without: str = "") -> str:
     """SHA-256 of code that does not change with documentation: comments, docstrings and layout.
 
     Parameters
     ----------
     places : str
-        Files and folders, relative to the folder that holds both packages.
+        Files and folders, relative to the folder that holds both packages; default: both packages.
+    without : str
+        A folder to leave out.
     """
-    found = sorted(file for place in places for file in _files(TOP / place) if file.suffix in CODE)
+    files = {file for place in places or PACKAGES for file in _files(TOP / place) if file.suffix in CODE}
+    found = sorted(file for file in files if not without or TOP / without not in file.parents)
     return digest({file.relative_to(TOP).as_posix(): _code(file) for file in found})
 
 

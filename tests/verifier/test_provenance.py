@@ -69,6 +69,14 @@ def test_files_and_their_names_count_and_texts_do_not(top: Path) -> None:
     assert len(set(seen)) == len(seen), seen
 
 
+def test_a_folder_can_be_left_out(top: Path) -> None:
+    before = provenance.code_digest("code")
+    (top / "other").mkdir()
+    (top / "other" / "module.py").write_text(CODE)
+    assert provenance.code_digest("code") != before
+    assert provenance.code_digest("code", without="code/other") == before
+
+
 @pytest.mark.parametrize("subject", provenance.SUBJECTS)
 def test_every_place_of_a_subject_is_there(subject: str) -> None:
     for place in provenance.SUBJECTS[subject]:

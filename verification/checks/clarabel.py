@@ -7,7 +7,7 @@ problems, and a series over scales for the plot.
 import math
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import cvxpy as cp
@@ -17,7 +17,7 @@ from convexperc.problem.problem import Problem
 from convexperc.solution import single as solving
 from convexperc.solution.solution import Status
 from verification.checks.interface import Check, Observation
-from verification.checks.measures import LARGEST_MEASURE
+from verification.checks.measures import LARGEST_MEASURE, add_fields
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source
 
@@ -147,8 +147,7 @@ class Tally:
     def add(self, other: "Tally") -> None:
         """Add the counts of other problems."""
         worst = max(self.worst, other.worst)
-        for each in fields(self):
-            setattr(self, each.name, getattr(self, each.name) + getattr(other, each.name))
+        add_fields(self, other)
         self.worst = worst
 
 

@@ -1,8 +1,9 @@
-"""What the checks measure by: the rounding of formulas of degree 2, shares, points of a fitting size."""
+"""What the checks measure by: rounding of formulas of degree 2, shares, points of a fitting size, counts."""
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import fields, replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -87,3 +88,9 @@ def _exponent(values: np.ndarray) -> int:
 def _shifted(values: np.ndarray, exponent: int) -> np.ndarray:
     with np.errstate(under="ignore"):
         return np.asarray(np.ldexp(values, max(-FAR, min(FAR, exponent))))
+
+
+def add_fields(counts: Any, others: Any) -> None:
+    """Add to each field of a dataclass the same field of another object of the class."""
+    for each in fields(counts):
+        setattr(counts, each.name, getattr(counts, each.name) + getattr(others, each.name))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from verification.commands.console import console
-from verification.commands.misuse import FAILED, OPEN, misuse
+from verification.commands.misuse import FAILED, OPEN, check_places, misuse
 from verification.commands.progress import progress
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     Exit code 0: every problem is certified or enclosed and no proof is false; 1: not so, or problems were
     lost with a worker that was killed; 2: misuse; 3: broken off.
     """
-    from convexperc.files import check_place, write_json  # noqa: PLC0415 - keeps --help quick
+    from convexperc.files import write_json  # noqa: PLC0415 - keeps --help quick
     from verification.provenance import stamp  # noqa: PLC0415
     from verification.search.campaign import Campaign  # noqa: PLC0415
 
@@ -61,9 +61,9 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     if not settings.total:
         raise typer.BadParameter("at least one problem is needed: a run that checks nothing proves nothing")
     place, journal = json_file or resume, None
+    check_places(json=place)
     if place is not None:
-        with misuse("--json"):  # before the work, not after it
-            check_place(place)
+        with misuse("--json"):
             journal = _journal(resume or place, settings.head(made), reopen=resume is not None)
     report = _run(settings, jobs, journal)
     if place is not None:

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from verification.commands.console import console
-from verification.commands.misuse import misuse
+from verification.commands.misuse import check_places, misuse
 
 
 def faults(
@@ -21,15 +21,12 @@ def faults(
     ] = 2,
 ) -> None:
     """Plant every known fault in the library and say which parts named it; exit code 1 if one escaped."""
-    from convexperc.files import check_place, write_atomic, write_json  # noqa: PLC0415 - keeps --help quick
+    from convexperc.files import write_atomic, write_json  # noqa: PLC0415 - keeps --help quick
     from verification.faults.table import as_json, as_markdown, planted, table  # noqa: PLC0415 - keeps --help quick
     from verification.provenance import stamp  # noqa: PLC0415
 
     screen, made = console(), stamp("faults")  # before the work, during which files may change
-    for place in (json_file, markdown):
-        if place is not None:
-            with misuse("--json, --markdown"):
-                check_place(place)
+    check_places(json=json_file, markdown=markdown)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("faults", total=None)
         outcomes = planted(lambda done, total: bar.update(task, completed=done, total=total), jobs=jobs)

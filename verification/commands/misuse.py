@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import typer
 
@@ -23,3 +24,13 @@ def misuse(hint: str) -> Iterator[None]:
         raise
     except (OSError, ConvexpercError) as problem:
         raise typer.BadParameter(str(problem), param_hint=hint) from None
+
+
+def check_places(**places: Path | None) -> None:
+    """Refuse files that cannot be written, by the name of their option: before the work, not after it."""
+    from convexperc.files import check_place  # noqa: PLC0415 - keeps --help quick
+
+    for option, place in places.items():
+        if place is not None:
+            with misuse(f"--{option}"):
+                check_place(place)

@@ -7,7 +7,7 @@ import typer
 
 from verification.commands.claims import Out
 from verification.commands.console import console
-from verification.commands.misuse import misuse
+from verification.commands.misuse import check_places, misuse
 
 if TYPE_CHECKING:
     from verification.counterexamples.record import Record
@@ -24,24 +24,23 @@ def replay(
 
     Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale.
     """
-    from convexperc.files import check_place, write_atomic  # noqa: PLC0415
+    from convexperc.files import write_atomic  # noqa: PLC0415
     from convexperc.report import picture_kind  # noqa: PLC0415 - keeps --help quick
     from verification.checks.catalogue import CHECKS  # noqa: PLC0415
     from verification.counterexamples.replay import replay as again  # noqa: PLC0415
 
-    if plot is not None:
-        with misuse("--plot"):
-            check_place(plot)
-            picture_kind(plot)
+    check_places(plot=plot)
+    with misuse("--plot"):
+        kind = None if plot is None else picture_kind(plot)
     with misuse("ID"):
         result = again(_record(name, out), {check.name: check for check in CHECKS})
     screen = console()
     for line in result.text():
         screen.print(line, highlight=False, markup=False)
     screen.print(result.table())
-    if plot is not None:
+    if plot is not None and kind is not None:
         with misuse("--plot"):
-            write_atomic(plot, result.plot(picture_kind(plot)))
+            write_atomic(plot, result.plot(kind))
     raise typer.Exit(1 if result.stale else 0)
 
 

@@ -1,14 +1,13 @@
 """Commands about solvers and proofs: families, check, bench; no mathematics."""
 
-import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.table import Table as Grid
 
 from verification.commands.console import console
-from verification.commands.misuse import misuse
+from verification.commands.misuse import check_places, misuse
 
 File = Annotated[Path | None, typer.Option("--json", help="Write everything to this file.", dir_okay=False)]
 
@@ -56,7 +55,7 @@ def bench(
     json_file: File = None,
 ) -> None:
     """Time the library beside other solvers, all held to the same gap by the same judge."""
-    from convexperc.files import write_atomic  # noqa: PLC0415
+    from convexperc.files import write_atomic, write_json  # noqa: PLC0415
     from convexperc.report import picture_kind  # noqa: PLC0415 - keeps --help quick
     from verification.bench import screen as report  # noqa: PLC0415
     from verification.bench.floor import growth as grow  # noqa: PLC0415
@@ -73,6 +72,7 @@ def bench(
     names, made = instances.split(","), stamp("benchmark")  # before the work, during which files may change
     if unknown := [name for name in names if name not in SHAPES]:
         raise typer.BadParameter(f"unknown: {', '.join(unknown)}; known: {', '.join(SHAPES)}")
+    check_places(plot=plot, json=json_file)
     screen, outcomes, frames, proofs = console(), {}, {}, {}
     with one_thread():
         seen = picture_times(repeat) if pictures else None
@@ -91,15 +91,9 @@ def bench(
     if plot is not None and kind is not None:
         from verification.bench.growth_plot import growth_plot  # noqa: PLC0415 - Matplotlib comes with an extra
 
-        write_atomic(plot, growth_plot(grown, kind))
+        with misuse("--plot"):
+            write_atomic(plot, growth_plot(grown, kind))
     screen.print_json(data=report.machine())
-    _write(json_file, report.as_json(outcomes, frames, grown, proofs, seen, made))
-
-
-def _write(file: Path | None, data: dict[str, Any]) -> None:
-    if file is None:
-        return
-    try:
-        file.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as problem:
-        raise typer.BadParameter(f"cannot write {file}: {problem.strerror}", param_hint="--json") from None
+    if json_file is not None:
+        with misuse("--json"):
+            write_json(json_file, report.as_json(outcomes, frames, grown, proofs, seen, made))

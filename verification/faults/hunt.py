@@ -131,13 +131,17 @@ def look_all(faults: Iterable[Fault], *, enough: int | None = None, jobs: int = 
     dict of str to Seen
         By the fault's name.
     """
+    found = Parallel(n_jobs=jobs)(delayed(_looked)(group, enough) for group in by_check(faults))
+    return {name: seen for each in found for name, seen in each.items()}
+
+
+def by_check(faults: Iterable[Fault]) -> list[list[Fault]]:
+    """The faults in groups of one check, the largest first."""
     groups: dict[str, list[Fault]] = {}
     for fault in faults:
         check = check_of(fault.part)
         groups.setdefault(COUNTED if check is None else check.name, []).append(fault)
-    largest_first = sorted(groups.values(), key=len, reverse=True)
-    found = Parallel(n_jobs=jobs)(delayed(_looked)(group, enough) for group in largest_first)
-    return {name: seen for each in found for name, seen in each.items()}
+    return sorted(groups.values(), key=len, reverse=True)
 
 
 def _looked(faults: Iterable[Fault], enough: int | None) -> dict[str, Seen]:
@@ -281,6 +285,18 @@ class Caught:
     problems: int
     detail: str
     seconds: float
+
+
+def hunt_all(faults: Iterable[Fault], *, jobs: int = 1) -> Iterator[list[Caught]]:
+    """Hunt every fault, those of one check in one process, and give what was found as the groups end."""
+    groups = by_check(faults)
+    yield from Parallel(n_jobs=jobs, return_as="generator_unordered")(
+        delayed(_hunted)(each) for each in groups
+    )
+
+
+def _hunted(faults: Iterable[Fault]) -> list[Caught]:
+    return [hunt(fault) for fault in faults]
 
 
 def hunt(fault: Fault) -> Caught:

@@ -4,11 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from joblib import Parallel, delayed
 from rich.table import Table
 
 from verification.faults.fault import Fault
-from verification.faults.hunt import SEED, Caught, hunt
+from verification.faults.hunt import SEED, Caught, hunt_all
 from verification.faults.own import FAULTS
 
 SCHEMA = "convexperc/faults/2"
@@ -48,11 +47,11 @@ def planted(
         In the order of `faults`.
     """
     progress(0, len(faults))
-    outcomes: list[Caught] = []
-    for each in Parallel(n_jobs=jobs, return_as="generator")(delayed(hunt)(fault) for fault in faults):
-        outcomes.append(each)
+    outcomes: dict[str, Caught] = {}
+    for found in hunt_all(faults, jobs=jobs):
+        outcomes |= {each.fault: each for each in found}
         progress(len(outcomes), len(faults))
-    return tuple(outcomes)
+    return tuple(outcomes[fault.name] for fault in faults)
 
 
 def title(outcomes: Sequence[Caught]) -> str:

@@ -19,7 +19,7 @@ from verification.journal import Journal
 from verification.ledger.claims import PARTS
 from verification.ledger.evidence import Count, Evidence, Outcome
 from verification.proofs.arguments import all_arguments
-from verification.provenance import machine, source_digest, stamp, versions
+from verification.provenance import code_digest, machine, stamp, versions
 from verification.run import series
 from verification.search.engine import Result, plan, search
 from verification.search.profiles import Profile
@@ -120,7 +120,7 @@ def gather(options: Options, journal: Path, progress: Progress = lambda stage, d
         The journal cannot be written.
     """
     settings = _settings(options)
-    book = Journal(journal, settings | {"source": source_digest()})
+    book = Journal(journal, settings | {"source": code_digest()})
     try:
         run = _gathered(options, settings, book, progress)
     except KeyboardInterrupt:

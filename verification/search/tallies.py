@@ -11,12 +11,13 @@ Plain data, as in the journal and in the JSON file; infinities are the string "i
 
 import math
 from collections import Counter
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any
 
 from convexperc.problem.problem import Problem
 from verification.checks.clarabel import Tally as ClarabelTally
+from verification.checks.measures import add_fields
 from verification.problems.families import FAMILIES, seeded
 
 
@@ -134,8 +135,7 @@ class Tally:
 
     def add(self, other: "Tally") -> None:
         """Add the counts of other problems."""
-        for each in fields(self):
-            setattr(self, each.name, getattr(self, each.name) + getattr(other, each.name))
+        add_fields(self, other)
 
 
 @dataclass

@@ -314,6 +314,24 @@ def test_a_place_that_cannot_be_written_is_misuse_before_the_work(command, explo
     assert not [path for path in (tmp_path / "folder").rglob("*") if path.is_file()]
 
 
+@pytest.mark.parametrize(
+    ("command", "work"),
+    [
+        (["faults", "--json"], "verification.faults.table.planted"),
+        (["faults", "--markdown"], "verification.faults.table.planted"),
+        (["bench", "--json"], "verification.bench.run.run"),
+        (["bench", "--growth", "--plot"], "verification.bench.run.run"),
+    ],
+)
+def test_a_file_that_cannot_be_written_is_misuse_before_the_work(command, work, monkeypatch, tmp_path):
+    begun = []
+    monkeypatch.setattr(work, lambda *args, **options: begun.append(args))
+    result = expect(2, run(*command, tmp_path / "none" / "table.svg"))
+    assert command[-1] in result.stderr, result.stderr
+    assert "no such folder" in squeezed(result.stderr), result.stderr
+    assert not begun
+
+
 def test_a_report_is_not_half_written(judged, tmp_path):
     (tmp_path / "SHA256SUMS").mkdir()
     result = expect(2, run("report", "--evidence", judged[0] / KEPT, "--out", tmp_path))

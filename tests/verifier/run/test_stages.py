@@ -28,7 +28,7 @@ def test_a_journal_is_continued_by_the_same_source_alone(
     monkeypatch.setattr(stages, "_gathered", interrupted)
     file, old, heads = tmp_path / "run.jsonl", tmp_path / "run.jsonl.old", []
     for digest in ("one", "one", "two"):
-        monkeypatch.setattr(stages, "source_digest", lambda digest=digest: digest)
+        monkeypatch.setattr(stages, "code_digest", lambda digest=digest: digest)
         assert not old.exists(), heads
         assert gather(QUICK, file).interrupted, digest
         heads.append(read_head(file))

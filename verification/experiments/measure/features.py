@@ -22,7 +22,7 @@ from convexperc.files import write_atomic
 from verification.experiments.measure.configurations import Configuration
 from verification.experiments.measure.information import mutual_information
 from verification.experiments.scenes.pictures import Layout, Mask, Picture, PictureSet
-from verification.provenance import source_digest, versions
+from verification.provenance import code_digest, versions
 
 GRAY = 128
 """What stands in place of a background that is left out, in all three colours."""
@@ -37,7 +37,7 @@ MODALITIES: dict[str, Callable[[Picture, FeatureConfiguration], Floats]] = {
 @cache
 def _source() -> str:
     """Of all that describes pictures: source files and versions."""
-    source = source_digest("convexperc/features", "verification/experiments/measure/features.py")
+    source = code_digest("convexperc/features", "verification/experiments/measure/features.py")
     return source + json.dumps(versions(), sort_keys=True)
 
 

@@ -17,7 +17,7 @@ from verification.experiments.record.collection import Collection
 from verification.experiments.record.contents import ExperimentsData
 from verification.experiments.record.record import record
 from verification.journal import Journal
-from verification.provenance import source_digest, versions
+from verification.provenance import code_digest, versions
 
 SOURCE, SIMULATION = ("convexperc", "verification/experiments"), "convexperc/simulation"
 """What a configuration depends on; the simulation makes pictures, whose own digest counts."""
@@ -94,7 +94,7 @@ def _head(collection: Collection, design: Design) -> dict[str, Any]:
     return {
         "design": design.as_json(),
         "pictures": {collection.name: collection.digest},
-        "source": source_digest(*SOURCE, without=SIMULATION),
+        "source": code_digest(*SOURCE, without=SIMULATION),
         "versions": versions(),
     }
 
