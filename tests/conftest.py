@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator
 
 import pytest
+import typed
 from hypothesis import HealthCheck, settings
 from interpreter import Interpreter
 
@@ -18,6 +19,12 @@ another, where every core is in use, cost more than the products."""
 settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", parent=settings.get_profile("default"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "default")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    """Types are checked from the first call of each test on; see `typed`."""
+    typed.begin()
 
 
 @pytest.fixture(scope="session")
