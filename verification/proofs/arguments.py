@@ -5,6 +5,8 @@ Every step is made by a function that checks what it is given: `polynomials.iden
 statement starts with its name; docs/theorem.md is the same proof in words and uses these names.
 """
 
+from collections.abc import Iterable
+
 from verification.ledger.evidence import Argument, Step
 from verification.proofs import (
     audit,
@@ -32,9 +34,9 @@ def all_arguments() -> tuple[Argument, ...]:
     return tuple(argument for topic in TOPICS for argument in topic.arguments())
 
 
-def all_steps() -> tuple[Step, ...]:
-    """Check every step now: of all arguments, and of the audit of the appendix; each name once."""
-    found = [step for argument in all_arguments() for step in argument.steps]
+def all_steps(arguments: Iterable[Argument]) -> tuple[Step, ...]:
+    """The steps of arguments, and those of the audit of the appendix, checked now; each name once."""
+    found = [step for argument in arguments for step in argument.steps]
     return tuple({step_name(step): step for step in (*found, *audit.steps())}.values())
 
 
