@@ -21,41 +21,40 @@ class Step:
     subject : str
         The code that they speak of, a key of `verification.provenance.SUBJECTS`; empty for pages that follow
         from a stored record alone.
-    file : str
-        The one whose stamp is read.
-    commands : tuple of str
-        Arguments of this program; {out} and {jobs} are filled in.
+    commands : dict of str to str
+        By the file whose stamp is read, the arguments of this program; {out} and {jobs} are filled in.
     """
 
     subject: str
-    file: str
-    commands: tuple[str, ...]
+    commands: dict[str, str]
 
 
 STEPS = {
-    "quick": Step("report", "report.json", ("report --jobs {jobs} --out {out}",)),
-    "ci": Step("report", "ci/report.json", ("report --profile ci --jobs {jobs} --out {out}/ci",)),
-    "faults": Step("faults", "faults.json", ("faults --json {out}/faults.json --markdown {out}/faults.md",)),
-    "experiments": Step("", "experiments/experiments.md", ("experiments-pages --out {out}/experiments",)),
+    "quick": Step("report", {"report.json": "report --jobs {jobs} --out {out}"}),
+    "ci": Step("report", {"ci/report.json": "report --profile ci --jobs {jobs} --out {out}/ci"}),
+    "faults": Step(
+        "faults",
+        {"faults.json": "faults --jobs {jobs} --json {out}/faults.json --markdown {out}/faults.md"},
+    ),
+    "experiments": Step("", {"experiments/experiments.md": "experiments-pages --out {out}/experiments"}),
     "bench": Step(
         "benchmark",
-        "bench-XL-P.json",
-        (
-            "bench --instances S,M --growth --plot {out}/growth.svg --pictures --json {out}/bench-S-M.json",
-            "bench --instances L --templates 2 --repeat 3 --json {out}/bench-L.json",
-            "bench --instances XL,P --peers ours --templates 2 --repeat 3 --limit 120"
+        {
+            "bench-S-M.json": "bench --instances S,M --growth --plot {out}/growth.svg --pictures"
+            " --json {out}/bench-S-M.json",
+            "bench-L.json": "bench --instances L --templates 2 --repeat 3 --json {out}/bench-L.json",
+            "bench-XL-P.json": "bench --instances XL,P --peers ours --templates 2 --repeat 3 --limit 120"
             " --json {out}/bench-XL-P.json",
-        ),
+        },
     ),
     "campaign": Step(
         "campaign",
-        "campaign.json",
-        (
-            "campaign --random 530000 --degenerate 450000 --extreme 20000 --referee 18 --clarabel 50"
-            " --jobs {jobs} --json {out}/campaign.json",
-        ),
+        {
+            "campaign.json": "campaign --random 530000 --degenerate 450000 --extreme 20000 --referee 18"
+            " --clarabel 50 --jobs {jobs} --json {out}/campaign.json"
+        },
     ),
-    "full": Step("report", "full/report.json", ("report --profile full --jobs {jobs} --out {out}/full",)),
+    "full": Step("report", {"full/report.json": "report --profile full --jobs {jobs} --out {out}/full"}),
 }
 """In the order of what they take: a minute, minutes, an hour."""
 
@@ -78,10 +77,10 @@ def reports(
     worst = 0
     for name in chosen:
         step = STEPS[name]
-        if not again and step.subject and _is_current(out / step.file, step.subject):
-            typer.echo(f"{name}: made by the present code")
-            continue
-        for command in step.commands:
+        for file, command in step.commands.items():
+            if not again and step.subject and _is_current(out / file, step.subject):
+                typer.echo(f"{file}: made by the present code")
+                continue
             words = [word.format(out=out, jobs=jobs) for word in command.split()]
             typer.echo(f"{name}: {' '.join(words)}")
             done = subprocess.run([sys.executable, "-m", "verification", *words], check=False)

@@ -32,7 +32,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
 @pytest.mark.parametrize("name", STEPS)
 def test_every_command_is_one_that_the_program_knows(name: str) -> None:
     program = typer.main.get_command(app)
-    for command in STEPS[name].commands:
+    for command in STEPS[name].commands.values():
         first, *words = command.format(out="reports", jobs=2).split()
         context = program.commands[first].make_context(first, words)
         assert context.params, command
@@ -42,7 +42,7 @@ def test_everything_is_made_and_the_worst_exit_code_is_given(ran: list[list[str]
     result = RUNNER.invoke(app, ["reports", "--out", str(tmp_path), "--jobs", "1"])
     assert result.exit_code == 3, result.output
     assert [" ".join(words).split()[0] for words in ran] == [
-        command.split()[0] for step in STEPS.values() for command in step.commands
+        command.split()[0] for step in STEPS.values() for command in step.commands.values()
     ]
     assert all(str(tmp_path) in " ".join(words) for words in ran), ran
 
