@@ -11,7 +11,7 @@ from typing import Any
 from beartype import beartype
 from jaxtyping import config
 
-MOST = 4_000
+MOST = 1_000
 """Checks, of arguments or of what is returned, in one test."""
 
 
