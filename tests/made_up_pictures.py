@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 
 from verification.experiments.design import GOOD_VIEWS, STUDY_VIEWS, VIEWS, Design
-from verification.experiments.measure.claims import Measured
+from verification.experiments.measure.baselines import BASELINES
+from verification.experiments.measure.measured import Measured
 from verification.experiments.measure.trials import Trials, Tried
 from verification.experiments.measure.weights import Weights
 from verification.experiments.record.collection import Collection
@@ -65,8 +66,13 @@ def measured(
     design: Design,
     w: np.ndarray = np.arange(6.0),  # noqa: B008 - never changed
     norms: np.ndarray = np.ones(3),  # noqa: B008
+    explained: Tried | None = None,
 ) -> Measured:
-    """A scene for each of three objects and level, all of the same weights, of which everything is known."""
+    """A scene for each of three objects and level, all of the same weights, of which everything is known.
+
+    The first object's reference is the shortest, and half of the scenes are recognised by the explained
+    fraction.
+    """
     physical = picture_set(tuple(COLOURS), levels=True).layout
     study = picture_set(tuple(COLOURS), levels=False).layout
     count, best = len(physical.scenes), np.array([3.0, 2.0, 1.0, 0.5, 0.2])
@@ -74,10 +80,15 @@ def measured(
         design,
         physical,
         Trials(settings, grid),
+        np.full(count, 0.5),
+        explained,
+        np.zeros((count, len(BASELINES), len(design.counts), design.repetitions)),
         Weights(np.tile(w, (count, 1)), np.tile(norms, (count, 1)), (np.zeros(3),)),
         np.tile(np.arange(6.0), (count, 1)),
         study,
         Weights(np.tile(best, (len(study.scenes), 1)), np.ones((len(study.scenes), 3)), ()),
+        0,
+        {"color": 1, "hog": 1, "lbp": 1},
     )
 
 

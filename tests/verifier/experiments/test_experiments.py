@@ -13,8 +13,6 @@ from convexperc.features import FeatureConfiguration
 from verification.experiments.design import GOOD_VIEWS, GRID, SETTINGS, Design
 from verification.experiments.measure import configurations
 from verification.experiments.measure.baselines import BASELINES, score
-from verification.experiments.measure.bootstrap import intervals
-from verification.experiments.measure.claims import CLAIMS, Measured
 from verification.experiments.measure.configurations import FACTORS, GENERATORS, first, fraction, involved
 from verification.experiments.measure.information import mutual_information
 from verification.experiments.measure.numbers import rounded
@@ -28,8 +26,10 @@ from verification.experiments.measure.trials import (
     recognitions,
     scored,
 )
-from verification.experiments.measure.verdicts import Comparisons, judge, rule_of
 from verification.experiments.measure.weights import by_rank, chance_that_best_are_good
+from verification.experiments.record.bootstrap import intervals
+from verification.experiments.record.claims import CLAIMS, Measured
+from verification.experiments.record.verdicts import Comparisons, judge, rule_of
 from verification.experiments.scenes.pictures import obstruction
 from verification.ledger.claims import PARTS, PROTOCOL
 from verification.ledger.rules import Rule

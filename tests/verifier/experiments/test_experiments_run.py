@@ -19,8 +19,8 @@ from verification.experiments.design import Design
 from verification.experiments.measure.configurations import first, fraction
 from verification.experiments.measure.evaluation import Task
 from verification.experiments.measure.features import Store, blocks
-from verification.experiments.measure.rankings import rankings
 from verification.experiments.record.collection import Collection
+from verification.experiments.record.rankings import rankings
 from verification.experiments.record.record import SCHEMA
 from verification.experiments.record.run import run
 from verification.experiments.scenes.pictures import PictureSet
@@ -149,7 +149,7 @@ def test_a_damaged_journal_is_not_believed(
     copied = copytree(journal, tmp_path / "journal")
     (place,) = copied.rglob("*.jsonl")
     head, first, second, *_ = place.read_text(encoding="utf-8").splitlines()
-    changed = first.replace('"chance":0.5', '"chance":0.6')
+    changed = first.replace('"hog":', '"gray":')
     assert changed != first
     place.write_text("\n".join([head, changed, second[:-20]]))
     assert go(cache, copied)["digest"] == unbroken["digest"]

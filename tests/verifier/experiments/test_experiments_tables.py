@@ -27,12 +27,8 @@ from verification.experiments.design import (
 )
 from verification.experiments.measure import trials
 from verification.experiments.measure.baselines import BASELINES
-from verification.experiments.measure.claims import CLAIMS, PEAK, Measured
 from verification.experiments.measure.configurations import FACTORS, fraction
-from verification.experiments.measure.detail import detail
-from verification.experiments.measure.evaluation import recorded
-from verification.experiments.measure.limits import limits, summary
-from verification.experiments.measure.multiverse import level_name, survey
+from verification.experiments.measure.measured import Measured
 from verification.experiments.measure.subsets import Subset
 from verification.experiments.measure.trials import (
     KINDS,
@@ -46,7 +42,12 @@ from verification.experiments.measure.trials import (
     run_explained,
     run_trials,
 )
-from verification.experiments.measure.verdicts import judge, rule_of
+from verification.experiments.record.claims import CLAIMS, PEAK
+from verification.experiments.record.detail import detail
+from verification.experiments.record.judged import recorded
+from verification.experiments.record.limits import limits, summary
+from verification.experiments.record.multiverse import level_name, survey
+from verification.experiments.record.verdicts import judge, rule_of
 from verification.experiments.scenes.pictures import Layout, Scene
 
 DESIGN = Design(seed=3, repetitions=20)
@@ -95,9 +96,9 @@ def test_trials_of_one_scene_move_together_in_the_interval_of_a_claim(part: str)
 def test_trials_of_one_scene_move_together_in_the_intervals_that_are_shown() -> None:
     right = np.arange(15) % 5 < 3
     everywhere = repeated(right, (4, 6), list(product(range(4), range(6))))
-    given = measured(everywhere, repeated(right, (5, 5), []), DESIGN)
+    given = measured(everywhere, repeated(right, (5, 5), []), DESIGN, explained=everywhere)
     baselines = np.tile(everywhere.scores[:, :1], (1, len(BASELINES), 1, 1))
-    shown = detail(given, everywhere, baselines, KNOWN)
+    shown = detail(replace(given, baselines=baselines))
     cells = [cell for name in ("accuracy", "explained") for row in shown[name] for cell in row]
     cells += [cell for row in shown["baselines"].values() for cell in row]
     assert len(cells) == 2 * 24 + 3 * 6
@@ -149,24 +150,25 @@ def layout(monkeypatch: pytest.MonkeyPatch) -> Layout:
 
 
 @pytest.fixture
-def tried(layout: Layout) -> tuple[Measured, Tried]:
+def tried(layout: Layout) -> Measured:
     X = np.zeros((len(OBJECTS) + 6 * len(layout.scenes), 3))
     for number, (_, rows) in enumerate(layout.rows()):
         X[rows, 0] = number
     done = run_trials(layout, X, KNOWN, DESIGN)
-    return measured(done.settings, done.grid, DESIGN), run_explained(layout, X, KNOWN, DESIGN)
+    explained = run_explained(layout, X, KNOWN, DESIGN)
+    return measured(done.settings, done.grid, DESIGN, explained=explained)
 
 
 def mean(scenes: Sequence[Scene], pair: Pair, n: int, explained: bool = False) -> float:
     return float(np.mean([score(pair, n, scene, explained) for scene in scenes]))
 
 
-def test_numbers_by_setting_and_views_are_those_of_their_lambdas(tried: tuple[Measured, Tried]) -> None:
-    given, explained = tried
-    scenes, told = given.layout.scenes, DESIGN.as_json()
+def test_numbers_by_setting_and_views_are_those_of_their_lambdas(tried: Measured) -> None:
+    scenes, told = tried.layout.scenes, DESIGN.as_json()
     baselines = np.zeros((len(scenes), len(BASELINES), 6, DESIGN.repetitions))
     baselines += np.arange(3.0)[:, None, None] / 10 + np.arange(6.0)[:, None] / 100
-    entry, shown = recorded(given, fraction()[0], baselines), detail(given, explained, baselines, KNOWN)
+    given = replace(tried, baselines=baselines)
+    entry, shown = recorded(given, fraction()[0]), detail(given)
     for (s, setting), (k, n) in product(enumerate(told["settings"]), enumerate(told["counts"])):
         pair = tuple(setting)
         wanted = mean(scenes, pair, n)
@@ -190,10 +192,10 @@ def test_numbers_by_setting_and_views_are_those_of_their_lambdas(tried: tuple[Me
                 assert row[s] == pytest.approx(mean(chosen, tuple(setting), 6), rel=1e-5), (setting, name)
 
 
-def test_counts_of_failures_are_those_of_their_lambdas_and_objects(tried: tuple[Measured, Tried]) -> None:
-    given, _ = tried
-    found = limits(given, KNOWN, 0.5)
-    per_setting = len(given.layout.scenes) * 6 * DESIGN.repetitions
+def test_counts_of_failures_are_those_of_their_lambdas_and_objects(tried: Measured) -> None:
+    found = limits(tried)
+    assert found["explained"] == 0.5
+    per_setting = len(tried.layout.scenes) * 6 * DESIGN.repetitions
     assert found["wrong"] == [per_setting * (KIND[pair] == "wrong") for pair in SETTINGS]
     assert found["shortest"] == [each // 3 for each in found["wrong"]], (
         "red is the shortest, the label of blue"
@@ -203,15 +205,15 @@ def test_counts_of_failures_are_those_of_their_lambdas_and_objects(tried: tuple[
     assert found["confusion"] == {"objects": list(OBJECTS), "counts": [[0] * 3] * 3, "open": [5, 5, 5]}
     labels = np.zeros((15, 4, 6, DESIGN.repetitions), dtype=np.int64)
     labels[:, SETTINGS.index(BOTH), 5, 0] = 2
-    settings = replace(given.trials.settings, labels=labels)
-    labelled = replace(given, trials=replace(given.trials, settings=settings))
-    assert limits(labelled, KNOWN, 0.5)["confusion"]["counts"] == [[0, 0, 5]] * 3, "all views, both norms"
+    settings = replace(tried.trials.settings, labels=labels)
+    labelled = replace(tried, trials=replace(tried.trials, settings=settings))
+    assert limits(labelled)["confusion"]["counts"] == [[0, 0, 5]] * 3, "all views, both norms"
 
 
 def test_comparisons_are_named_by_the_lambdas_and_views_that_they_compare(
-    tried: tuple[Measured, Tried],
+    tried: Measured,
 ) -> None:
-    given, _ = tried
+    given = tried
     scene = given.layout.scenes[0]
 
     def numbers(name: str) -> list[float]:

@@ -1,1 +1,1 @@
-"""What is measured on the pictures, under one interpretation and over all of them."""
+"""What is measured on the pictures under one configuration."""

@@ -1,4 +1,4 @@
-"""One set under one configuration: everything measured, judged, and put into plain values."""
+"""One set under one configuration: everything that is measured."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,16 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verification.experiments.design import Design
-from verification.experiments.measure.baselines import BASELINES, run_baselines
-from verification.experiments.measure.claims import CLAIMS, Measured
+from verification.experiments.measure.baselines import run_baselines
 from verification.experiments.measure.configurations import Configuration, first
-from verification.experiments.measure.contents import Entry
-from verification.experiments.measure.detail import detail
 from verification.experiments.measure.features import Store, bits_name
-from verification.experiments.measure.limits import limits
-from verification.experiments.measure.numbers import rounded
-from verification.experiments.measure.trials import Known, run_explained, run_trials, score_explained
-from verification.experiments.measure.verdicts import entry, judge, rule_of
+from verification.experiments.measure.measured import Measured
+from verification.experiments.measure.trials import Known, run_explained, run_trials, scored_by_fraction
 from verification.experiments.measure.weights import weigh
 from verification.experiments.scenes.pictures import STUDIED, Layout
 
@@ -76,48 +71,23 @@ class Task:
 
 
 def evaluate(task: Task) -> dict[str, Any]:
-    """Measure and judge.
-
-    Returns
-    -------
-    dict
-        Plain JSON values: "reading" as the record has it, "limits", and "default" for the default one.
-    """
+    """Measure, and judge nothing: see `Measured.as_json`."""
     layout, design, configuration = task.physical.layout, task.design, task.configuration
     X, known = task.physical.described(configuration)
     views, references = task.study.described(configuration)
     default = configuration == first(1)[0]
     case = next((scene.name for scene in layout.scenes if scene.level == STUDIED), "")
-    measured = Measured(
+    return Measured(
         design,
         layout,
         run_trials(layout, X, known, design),
+        scored_by_fraction(layout, X, known),
+        run_explained(layout, X, known, design) if default else None,
+        run_baselines(layout, X, known, design),
         weigh(layout, X, known, frozenset([case] if default else [])),
         task.physical.information(configuration),
         task.study.layout,
         weigh(task.study.layout, views, references),
-    )
-    baselines = run_baselines(layout, X, known, design)
-    found: dict[str, Any] = {
-        "reading": recorded(measured, configuration, baselines),
-        "limits": limits(measured, known, score_explained(layout, X, known)),
-    }
-    if default:
-        found["default"] = detail(measured, run_explained(layout, X, known, design), baselines, known)
-    return found
-
-
-def recorded(measured: Measured, configuration: Configuration, baselines: Floats) -> Entry:
-    """The record's entry of one configuration."""
-    judged = {part: judge(claim(measured), rule_of(part), measured.design) for part, claim in CLAIMS.items()}
-    settings = measured.trials.settings
-    return {
-        "id": configuration.id,
-        "levels": configuration.as_json(),
-        "claims": {part: entry(each, rule_of(part)) for part, each in judged.items()},
-        "accuracy": rounded(settings.scores.mean(axis=(0, 3))),
-        "open": rounded(settings.open.mean(axis=(0, 3))),
-        "baselines": dict(zip(BASELINES, rounded(baselines.mean(axis=(0, 3))), strict=True)),
-        "grid": rounded(measured.cells.mean(axis=0)),
-        "chance": rounded(1.0 / len(measured.layout.objects)),
-    }
+        known.shortest,
+        known.sizes,
+    ).as_json()

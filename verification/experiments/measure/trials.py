@@ -168,13 +168,13 @@ def run_explained(layout: Layout, X: Floats, known: Known, design: Design) -> Tr
     return Tried.of(settings, _shape(layout, design))
 
 
-def score_explained(layout: Layout, X: Floats, known: Known) -> float:
-    """Mean score of all views with both norms, decided by F* / ||o||^2."""
+def scored_by_fraction(layout: Layout, X: Floats, known: Known) -> Floats:
+    """Score of all views with both norms, decided by F* / ||o||^2, shape (scenes,)."""
     scores = []
     for scene, rows in layout.rows():
         (found,) = recognitions(X[rows], known, [BOTH], Decision.EXPLAINED_FRACTION)
         scores.append(scored(found, layout.truth(scene)).score)
-    return float(np.mean(scores))
+    return np.array(scores)
 
 
 def _shape(layout: Layout, design: Design) -> tuple[int, ...]:

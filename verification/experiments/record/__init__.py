@@ -1,1 +1,1 @@
-"""The record of the experiments: made, written, and read back."""
+"""The record of the experiments: judged from what was measured, written, and read back."""

@@ -6,7 +6,7 @@ of everything but ``digest`` and ``volatile``.
 
 from typing import Annotated, Any, Literal, TypedDict
 
-from verification.experiments.measure.contents import (
+from verification.experiments.record.entries import (
     OF_CLAIMS,
     OF_FACTORS,
     OF_GRID,

@@ -12,12 +12,12 @@ from typing import Any
 
 from convexperc.errors import FileFormatError
 from verification.experiments.measure.configurations import fraction
-from verification.experiments.measure.contents import Decided, Entry
-from verification.experiments.measure.multiverse import tallies
-from verification.experiments.measure.verdicts import from_entry, rule_of
 from verification.experiments.record.contact_sheets import read_sheets
 from verification.experiments.record.contents import PHOTOGRAPHS, ExperimentsData, SetData
+from verification.experiments.record.entries import Decided, Entry
+from verification.experiments.record.multiverse import tallies
 from verification.experiments.record.record import FORMAT
+from verification.experiments.record.verdicts import from_entry, rule_of
 from verification.ledger.claims import PROTOCOL
 from verification.ledger.rules import Rule
 from verification.ledger.surveys import COMMAND, DECIDING, Survey, SurveyOutcome, Tally

@@ -6,13 +6,13 @@ from typing import Any, Literal, cast
 
 from convexperc.files import json_bytes, write_atomic
 from verification.experiments.design import Design
-from verification.experiments.measure.claims import CLAIMS
 from verification.experiments.measure.configurations import FACTORS
-from verification.experiments.measure.contents import Entry, Ranking
-from verification.experiments.measure.limits import summary
-from verification.experiments.measure.multiverse import survey
+from verification.experiments.record.claims import CLAIMS
 from verification.experiments.record.collection import Collection
 from verification.experiments.record.contents import ExperimentsData, Plan, SetData
+from verification.experiments.record.entries import Entry, Ranking
+from verification.experiments.record.limits import summary
+from verification.experiments.record.multiverse import survey
 from verification.provenance import machine, record_digest, versions
 
 FORMAT: Literal[1] = 1
@@ -22,7 +22,7 @@ SCHEMA = Path(__file__).with_name("record.schema.json")
 
 def record(
     collections: Sequence[Collection],
-    measured: Mapping[str, Sequence[Mapping[str, Any]]],
+    judged: Mapping[str, Sequence[Mapping[str, Any]]],
     ranked: Mapping[str, list[Ranking]],
     design: Design,
     volatile: Mapping[str, Any],
@@ -32,8 +32,8 @@ def record(
     Parameters
     ----------
     collections : sequence of Collection
-    measured : mapping of str to sequence of mapping
-        By the collection's name: what `evaluate` gave for each configuration, the default first.
+    judged : mapping of str to sequence of mapping
+        By the collection's name: what `judged` gave for each configuration, the default first.
     ranked : mapping of str to sequence of mapping
         By the collection's name: its `rankings`.
     design : Design
@@ -44,7 +44,7 @@ def record(
     found: ExperimentsData = {
         "format": FORMAT,
         "design": cast("Plan", design.as_json() | {"factors": factors}),
-        "sets": [_set(each, measured[each.name], ranked[each.name]) for each in collections],
+        "sets": [_set(each, judged[each.name], ranked[each.name]) for each in collections],
         "digest": "",
         "volatile": dict(volatile) | {"environment": {"machine": machine(), "versions": versions()}},
     }
@@ -58,15 +58,15 @@ def write_record(folder: Path, data: Mapping[str, Any]) -> Path:
     return place
 
 
-def _set(collection: Collection, measured: Sequence[Mapping[str, Any]], ranked: list[Ranking]) -> SetData:
-    entries: list[Entry] = [each["reading"] for each in measured]
+def _set(collection: Collection, judged: Sequence[Mapping[str, Any]], ranked: list[Ranking]) -> SetData:
+    entries: list[Entry] = [each["reading"] for each in judged]
     return {
         **collection.as_json(),
         "claims": {part: survey(entries, part, FACTORS) for part in CLAIMS},
         "readings": entries,
-        "default": measured[0]["default"],
+        "default": judged[0]["default"],
         "rankings": ranked,
-        "limits": summary(entries, [each["limits"] for each in measured]),
+        "limits": summary(entries, [each["limits"] for each in judged]),
     }
 
 

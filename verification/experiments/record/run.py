@@ -12,15 +12,20 @@ from verification.experiments.design import Design
 from verification.experiments.measure.configurations import Configuration
 from verification.experiments.measure.evaluation import Task, evaluate
 from verification.experiments.measure.features import prepare
-from verification.experiments.measure.rankings import rankings
+from verification.experiments.measure.measured import Measured
 from verification.experiments.record.collection import Collection
 from verification.experiments.record.contents import ExperimentsData
+from verification.experiments.record.judged import judged as judge
+from verification.experiments.record.rankings import rankings
 from verification.experiments.record.record import record
 from verification.journal import Journal
 from verification.provenance import code_digest, versions
 
-SOURCE, SIMULATION = ("convexperc", "verification/experiments"), "convexperc/simulation"
-"""What a configuration depends on; the simulation makes pictures, whose own digest counts."""
+SOURCE, SIMULATION = (
+    ("convexperc", *(f"verification/experiments/{name}" for name in ("design.py", "scenes", "measure"))),
+    "convexperc/simulation",
+)
+"""What is measured depends on; the simulation makes pictures, whose own digest counts."""
 
 Progress = Callable[[str, int, int], None]
 """Told the stage, how much is done, and of how much."""
@@ -82,17 +87,21 @@ def run(
     found = _finish(tasks, journals, workers, progress)
     each_took = {timed.name: timed.seconds for timed in found.values() if timed.seconds is not None}
     seconds["readings"] = sum(each_took.values())
-    measured = {
-        each.name: [found[f"{each.name}-{r.id}"].found for r in configurations] for each in collections
-    }
+    with parallel_config(backend="loky", inner_max_num_threads=1):
+        judgements = Parallel(n_jobs=workers)(
+            delayed(_judged)(task, found[task.name].found) for task in tasks
+        )
+    by_name = dict(zip((task.name for task in tasks), judgements, strict=True))
+    judged = {each.name: [by_name[f"{each.name}-{r.id}"] for r in configurations] for each in collections}
     ranked = {each.name: rankings(*each.parts(cache), configurations[0]) for each in collections}
-    return record(collections, measured, ranked, design, {"seconds": seconds, "workers": workers})
+    return record(collections, judged, ranked, design, {"seconds": seconds, "workers": workers})
 
 
 def _head(collection: Collection, design: Design) -> dict[str, Any]:
-    """All that the outcome of a configuration depends on."""
+    """All that is measured under a configuration depends on; how it is judged may change."""
+    judging = ("resamples", "confidence")
     return {
-        "design": design.as_json(),
+        "design": {name: value for name, value in design.as_json().items() if name not in judging},
         "pictures": {collection.name: collection.digest},
         "source": code_digest(*SOURCE, without=SIMULATION),
         "versions": versions(),
@@ -117,6 +126,11 @@ def _finish(
             found[timed.name] = timed
             progress("configurations", len(found), len(tasks))
     return found
+
+
+def _judged(task: Task, measured: dict[str, Any]) -> dict[str, Any]:
+    layouts = task.physical.layout, task.study.layout
+    return judge(Measured.from_json(measured, task.design, *layouts), task.configuration)
 
 
 def _timed(task: Task) -> Timed:

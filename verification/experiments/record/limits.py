@@ -6,24 +6,17 @@ from typing import Any
 import numpy as np
 
 from verification.experiments.design import BOTH, SETTINGS
-from verification.experiments.measure.claims import Measured
 from verification.experiments.measure.configurations import FACTORS
-from verification.experiments.measure.contents import Confusion, Entry, Limits, Shortest
-from verification.experiments.measure.multiverse import level_name
+from verification.experiments.measure.measured import Measured
 from verification.experiments.measure.numbers import rounded
-from verification.experiments.measure.trials import WRONG, Known
+from verification.experiments.measure.trials import WRONG
 from verification.experiments.measure.weights import followed
+from verification.experiments.record.entries import Confusion, Entry, Limits, Shortest
+from verification.experiments.record.multiverse import level_name
 
 
-def limits(measured: Measured, known: Known, explained: float) -> dict[str, Any]:
+def limits(measured: Measured) -> dict[str, Any]:
     """Counts of one configuration.
-
-    Parameters
-    ----------
-    measured : Measured
-    known : Known
-    explained : float
-        Score of all views with both norms, decided by the explained fraction.
 
     Returns
     -------
@@ -35,12 +28,12 @@ def limits(measured: Measured, known: Known, explained: float) -> dict[str, Any]
     """
     settings = measured.trials.settings
     wrong = settings.kinds == WRONG
-    shortest = wrong & (settings.labels == known.shortest)
+    shortest = wrong & (settings.labels == measured.shortest)
     counts = shortest.sum(axis=(0, 2, 3)).tolist()
     return {
         "wrong": wrong.sum(axis=(0, 2, 3)).tolist(),
-        "shortest": None if known.shortest is None else counts,
-        "explained": rounded(explained),
+        "shortest": None if measured.shortest is None else counts,
+        "explained": rounded(measured.by_fraction.mean()),
         "visible": followed(measured.layout, measured.weights.w),
         "grid open": rounded(measured.trials.grid.open.mean(axis=(0, 3))),
         "confusion": _confusion(measured),

@@ -5,10 +5,10 @@ from numpy.typing import NDArray
 
 from verification.experiments.design import Pair
 from verification.experiments.measure.configurations import Configuration
-from verification.experiments.measure.contents import Ranking
 from verification.experiments.measure.evaluation import Part
 from verification.experiments.measure.numbers import rounded
 from verification.experiments.measure.weights import chance_that_best_are_good, followed, weigh
+from verification.experiments.record.entries import Ranking
 from verification.experiments.scenes.pictures import Layout
 
 Floats = NDArray[np.float64]

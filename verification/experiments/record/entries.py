@@ -193,4 +193,4 @@ Ranking = TypedDict(
         "three": Share,
     },
 )
-"""The ranking of the views at one (lambda2, lambda3); see `verification.experiments.measure.rankings`."""
+"""The ranking of the views at one (lambda2, lambda3); see `verification.experiments.record.rankings`."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from verification.experiments.measure.contents import Counts, Entry
+from verification.experiments.record.entries import Counts, Entry
 from verification.ledger.claims import PROTOCOL
 from verification.ledger.surveys import SurveyOutcome, Tally
 

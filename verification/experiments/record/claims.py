@@ -1,7 +1,6 @@
 """The paper's claims about its experiments, each as comparisons whose means must lie above 0."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +13,12 @@ from verification.experiments.design import (
     NOTHING,
     SETTINGS,
     VIEWS_ALONE,
-    Design,
     Pair,
 )
 from verification.experiments.measure.features import MODALITIES
-from verification.experiments.measure.trials import Trials
-from verification.experiments.measure.verdicts import Comparisons
-from verification.experiments.measure.weights import Weights, chance_that_best_are_good
-from verification.experiments.scenes.pictures import STUDIED, Layout
+from verification.experiments.measure.measured import Measured
+from verification.experiments.measure.weights import chance_that_best_are_good
+from verification.experiments.record.verdicts import Comparisons
 
 Floats = NDArray[np.float64]
 
@@ -29,52 +26,6 @@ BEST_SHARE, NEAR_ZERO = 0.8, 0.05
 """The paper's 80 %, and what is called nearly 0 of a sum; smallest effects stand in the ledger."""
 PEAK: tuple[Pair, Pair] = ((0.1, 0.1), (1.0, 0.1))
 """Where the paper saw the highest accuracy."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Measured:
-    """All that was measured under one configuration.
-
-    Attributes
-    ----------
-    design : Design
-    layout : Layout
-        Of the scenes in which objects are recognised.
-    trials : Trials
-    weights : Weights
-    information : float64 (scenes, views)
-        Mutual information of each view and the object's reference, in bits.
-    study : Layout
-        Of the case study.
-    study_weights : Weights
-    """
-
-    design: Design
-    layout: Layout
-    trials: Trials
-    weights: Weights
-    information: Floats
-    study: Layout
-    study_weights: Weights
-
-    @property
-    def accuracy(self) -> Floats:
-        """Mean score over the repetitions, shape (scenes, settings, counts)."""
-        return np.asarray(self.trials.settings.scores.mean(axis=3))
-
-    @property
-    def cells(self) -> Floats:
-        """Mean score on the grid, shape (scenes, values of lambda2, values of lambda3)."""
-        return np.asarray(self.trials.grid.scores.mean(axis=3))
-
-    def studied(self) -> NDArray[np.bool_]:
-        """Which scenes have one fully and one partly obstructed view."""
-        return np.array([scene.level == STUDIED for scene in self.layout.scenes])
-
-    def obstructed(self) -> NDArray[np.bool_]:
-        """Which views are obstructed, shape (scenes, views)."""
-        kinds = [[view.obstruction for view in scene.views] for scene in self.layout.scenes]
-        return np.asarray(np.array(kinds) != "none")
 
 
 def pair_name(pair: Pair) -> str:

@@ -7,9 +7,13 @@ from numpy.typing import NDArray
 
 from verification.experiments.design import SETTINGS, Design
 from verification.experiments.measure.baselines import BASELINES
-from verification.experiments.measure.bootstrap import intervals
-from verification.experiments.measure.claims import Measured
-from verification.experiments.measure.contents import (
+from verification.experiments.measure.features import MODALITIES
+from verification.experiments.measure.measured import Measured
+from verification.experiments.measure.numbers import rounded
+from verification.experiments.measure.trials import KINDS, Tried
+from verification.experiments.measure.weights import by_rank
+from verification.experiments.record.bootstrap import intervals
+from verification.experiments.record.entries import (
     Case,
     Cell,
     CountedCell,
@@ -18,10 +22,6 @@ from verification.experiments.measure.contents import (
     Scored,
     StudyScene,
 )
-from verification.experiments.measure.features import MODALITIES
-from verification.experiments.measure.numbers import rounded
-from verification.experiments.measure.trials import KINDS, Known, Tried
-from verification.experiments.measure.weights import by_rank
 from verification.experiments.scenes.pictures import OBSTRUCTIONS, STUDIED
 
 Floats = NDArray[np.float64]
@@ -33,24 +33,23 @@ SHOWN = 3
 """Scenes of the case study that are shown, each of another object."""
 
 
-def detail(measured: Measured, explained: Tried, baselines: Floats, known: Known) -> Detail:
+def detail(measured: Measured) -> Detail:
     """Plain JSON values of the record's "default".
 
-    Parameters
-    ----------
-    measured : Measured
-    explained : Tried
-        The settings' trials, decided by the explained fraction.
-    baselines : float64 (scenes, baselines, counts, repetitions)
-    known : Known
+    Raises
+    ------
+    ValueError
+        The settings were not decided by the explained fraction, as they are under the default configuration.
     """
+    if measured.explained is None:
+        raise ValueError("no configuration but the default one is told in full")
     counts = range(len(measured.design.counts))
     side = range(measured.trials.grid.scores.shape[1])
     return {
         "accuracy": _all_counted(measured.trials.settings, measured.design),
-        "explained": _all_counted(explained, measured.design),
+        "explained": _all_counted(measured.explained, measured.design),
         "baselines": {
-            name: [_scored(baselines[:, b, k].mean(axis=1), measured.design) for k in counts]
+            name: [_scored(measured.baselines[:, b, k].mean(axis=1), measured.design) for k in counts]
             for b, name in enumerate(BASELINES)
         },
         "grid": [[_cell(measured.trials.grid, (slice(None), i, j)) for j in side] for i in side],
@@ -59,7 +58,7 @@ def detail(measured: Measured, explained: Tried, baselines: Floats, known: Known
         "information": _information(measured),
         "shares": _shares(measured),
         "modalities": _modalities(measured),
-        "case": _case(measured, known),
+        "case": _case(measured),
         "case_study": _case_study(measured),
     }
 
@@ -123,7 +122,7 @@ def _modalities(measured: Measured) -> dict[str, float]:
     return dict(zip(MODALITIES, rounded(means), strict=True))
 
 
-def _case(measured: Measured, known: Known) -> Case:
+def _case(measured: Measured) -> Case:
     """One scene with all its weights."""
     number = int(np.argmax(measured.studied()))
     scene = measured.layout.scenes[number]
@@ -134,7 +133,7 @@ def _case(measured: Measured, known: Known) -> Case:
         "obstruction": [view.obstruction for view in scene.views],
         "visible_share": rounded([view.visible_share for view in scene.views]),
         "w": rounded(measured.weights.w[number]),
-        "modality_sizes": known.sizes,
+        "modality_sizes": measured.sizes,
         "modality_norms": rounded(measured.weights.norms[number]),
     }
     u = measured.weights.u[0]

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from convexperc.errors import InputError
 from verification.experiments.design import Design
-from verification.experiments.measure.bootstrap import intervals
-from verification.experiments.measure.contents import Decided
 from verification.experiments.measure.numbers import rounded
+from verification.experiments.record.bootstrap import intervals
+from verification.experiments.record.entries import Decided
 from verification.ledger.claims import PARTS
 from verification.ledger.rules import Rule
 from verification.ledger.surveys import Comparison, SurveyOutcome
