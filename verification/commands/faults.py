@@ -4,11 +4,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 
 from verification.commands.console import console
 from verification.commands.misuse import check_places, misuse
+from verification.commands.progress import progress
 
 
 def faults(
@@ -27,9 +26,8 @@ def faults(
 
     screen, made = console(), stamp("faults")  # before the work, during which files may change
     check_places(json=json_file, markdown=markdown)
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("faults", total=None)
-        outcomes = planted(lambda done, total: bar.update(task, completed=done, total=total), jobs=jobs)
+    with progress() as show:
+        outcomes = planted(lambda done, total: show("faults", done, total), jobs=jobs)
     screen.print(table(outcomes))
     if json_file is not None:
         with misuse("--json"):

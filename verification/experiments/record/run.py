@@ -25,7 +25,7 @@ SOURCE, SIMULATION = (
     ("convexperc", *(f"verification/experiments/{name}" for name in ("design.py", "scenes", "measure"))),
     "convexperc/simulation",
 )
-"""What is measured depends on; the simulation makes pictures, whose own digest counts."""
+"""The code that measurements depend on; the simulation makes pictures, whose own digest counts."""
 
 Progress = Callable[[str, int, int], None]
 """Told the stage, how much is done, and of how much."""
@@ -91,14 +91,15 @@ def run(
         judgements = Parallel(n_jobs=workers)(
             delayed(_judged)(task, found[task.name].found) for task in tasks
         )
-    by_name = dict(zip((task.name for task in tasks), judgements, strict=True))
-    judged = {each.name: [by_name[f"{each.name}-{r.id}"] for r in configurations] for each in collections}
+    judged: dict[str, list[dict[str, Any]]] = {each.name: [] for each in collections}
+    for task, judgement in zip(tasks, judgements, strict=True):
+        judged[task.collection].append(judgement)
     ranked = {each.name: rankings(*each.parts(cache), configurations[0]) for each in collections}
     return record(collections, judged, ranked, design, {"seconds": seconds, "workers": workers})
 
 
 def _head(collection: Collection, design: Design) -> dict[str, Any]:
-    """All that is measured under a configuration depends on; how it is judged may change."""
+    """All that the measurements of a configuration depend on; how they are judged may change."""
     judging = ("resamples", "confidence")
     return {
         "design": {name: value for name, value in design.as_json().items() if name not in judging},
