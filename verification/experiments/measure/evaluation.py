@@ -16,6 +16,8 @@ from verification.experiments.measure.weights import weigh
 from verification.experiments.scenes.pictures import STUDIED, Layout
 
 Floats = NDArray[np.float64]
+UNNORMALISED = "none"
+"""Of the levels of the normalisation, the one that leaves features as long as they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,8 @@ class Part:
     def described(self, configuration: Configuration) -> tuple[Floats, Known]:
         """Features of all pictures, and the references."""
         X = self.store.matrix(configuration)
+        if configuration.features.normalisation == UNNORMALISED:
+            X = to_unit_references(X, len(self.layout.objects))
         O = np.ascontiguousarray(X[: len(self.layout.objects)].T)  # noqa: E741 - the paper's symbol
         return X, Known(self.layout.objects, O, configuration.features.modality_sizes, configuration.lambda1)
 
@@ -42,6 +46,23 @@ class Part:
         """Bits that each view shares with its object's reference, shape (scenes, views)."""
         bits = self.store.load(bits_name(configuration))
         return np.array([bits[rows] for _, rows in self.layout.rows()])
+
+
+def to_unit_references(X: Floats, references: int) -> Floats:
+    """Divide features by t, the root mean square of the references' lengths.
+
+    F(w, u; X, o, t^2 lambda1, t^2 lambda2, t^3 lambda3) = t^2 F(w, t u; X/t, o/t, lambda1, lambda2, lambda3):
+    features that are not normalised are judged at lambdas that grow with them. At the same lambdas as those
+    of length 1 they would make every setting nearly lambda2 = lambda3 = 0.
+
+    Parameters
+    ----------
+    X : float64 (pictures, d)
+        The references first.
+    references : int
+        How many there are; at least one of them is not zero.
+    """
+    return np.asarray(X / np.sqrt((X[:references] ** 2).sum(axis=1).mean()))
 
 
 @dataclass(frozen=True, slots=True)

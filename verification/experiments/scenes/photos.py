@@ -123,6 +123,7 @@ def _scene(
             covered = cover(picture, mask, rng)
             picture, mask, share = covered.picture, covered.mask, covered.visible_share
         good = level == CASE_STUDY and kind == "none" and _within(album, photo, 0.0, GOOD_WITHIN)
-        views.append(View(f"robot-{number}", share, good, album.turned(photo)))
+        source = f"{album.object}/{photo.name}"
+        views.append(View(f"robot-{number}", share, good, album.turned(photo), source))
         seen.append((picture, mask))
     return Scene(name, album.object, level, tuple(views)), seen

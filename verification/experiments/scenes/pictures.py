@@ -51,12 +51,16 @@ class View:
         In the case study: whether it is a clear view from near the reference's direction.
     azimuth : float or None
         Degrees from the reference's direction, in (-180, 180]; None where it is not known.
+    photograph : str or None
+        Which photograph the view was made from: several scenes may share one. None of a view that is drawn
+        for its scene alone.
     """
 
     name: str
     visible_share: float
     good: bool = False
     azimuth: float | None = None
+    photograph: str | None = None
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.visible_share <= 1.0:
