@@ -37,24 +37,32 @@ OBJECTS = ("ambulance", "barrel", "cone", "gray-car", "helicopter", "ica-sign", 
 LEVELS = ("none", "one partial", "one full", "one full, one partial", "two full, two partial")
 PARTS_X = tuple(key for key, part in PARTS.items() if part.rule is not None)
 TENDENCY = {
-    "X1/stated": ("holds", 1.0),
-    "X2/stated": ("refuted", 0.8),
-    "X3/stated": ("refuted", 0.6),
-    "X4/stated": ("inconclusive", 0.5),
-    "X5/stated": ("holds", 0.97),
-    "X6/zero": ("refuted", 1.0),
-    "X6/two": ("refuted", 0.9),
-    "X7/lbp": ("holds", 0.7),
-    "X7/hog": ("holds", 1.0),
-    "X8/zero": ("inconclusive", 1.0),
-    "X8/ten": ("holds", 1.0),
-    "X8/peak": ("refuted", 0.4),
+    "X1/direction": ("reproduced", 1.0),
+    "X1/figure": ("opposite", 1.0),
+    "X2/stated": ("opposite", 1.0),
+    "X3/stated": ("no effect", 0.6),
+    "X4/stated": ("open", 0.5),
+    "X5/stated": ("reproduced", 0.97),
+    "X6/direction": ("reproduced", 1.0),
+    "X6/zero": ("opposite", 1.0),
+    "X6/two": ("opposite", 0.9),
+    "X7/lbp": ("reproduced", 0.7),
+    "X7/hog": ("reproduced", 1.0),
+    "X7/figure": ("reproduced", 0.5),
+    "X8/zero": ("open", 1.0),
+    "X8/ten": ("reproduced", 1.0),
+    "X8/peak": ("opposite", 0.4),
 }
-"""What most readings of a part say, and how many of them, roughly."""
-BOUNDS = {"holds": (0.1, 0.3), "refuted": (-0.2, -0.05), "inconclusive": (-0.05, 0.15)}
+"""What most configurations say of a part, and how many of them, roughly."""
+BOUNDS = {
+    "reproduced": (0.1, 0.3),
+    "no effect": (0.0, 0.0),
+    "opposite": (-0.2, -0.05),
+    "open": (-0.05, 0.15),
+}
 STEP = 389
 """Prime to the number of combinations: a few of them have many levels."""
-KINDS = ("holds", "refuted", "inconclusive")
+KINDS = tuple(BOUNDS)
 BASELINES = ("best single view", "mean of the views", "ridge")
 
 
@@ -62,7 +70,7 @@ def experiments_record(readings=8, names=("simulation", "photographs"), columns=
     """A record; `outcomes` maps a part to the outcomes of the simulation's readings, in place of a draw."""
     rng = np.random.default_rng(seed)
     record = {
-        "format": 1,
+        "format": 2,
         "design": DESIGN,
         "sets": [_set(name, readings, columns, outcomes or {}, rng) for name in names],
         "volatile": {"seconds": {"trials": 1.5}, "command": "an abacus", "workers": 2},
@@ -162,20 +170,23 @@ def _limits():
 
 def _draw(key, rng):
     likely, share = TENDENCY[key]
-    others = [each for each in BOUNDS if each != likely]
-    return likely if rng.random() < share else others[int(rng.integers(2))]
+    figure = PARTS[key].rule.figure
+    others = [each for each in BOUNDS if each != likely and not (figure and each == "no effect")]
+    return likely if rng.random() < share else others[int(rng.integers(len(others)))]
 
 
 def _outcome(key, outcome, rng):
     lower, upper = BOUNDS[outcome]
-    shift = 0.02 * rng.random()
+    rule = PARTS[key].rule
+    shift = rng.random() * (rule.smallest_effect if outcome == "no effect" else 0.02)
     return {
         "outcome": outcome,
         "statistic": (lower + upper) / 2,
         "lower": lower - shift,
         "upper": upper + shift,
         "comparison": "n = 3, (0.1, 0) against (0, 0)",
-        "comparisons": PARTS[key].rule.comparisons,
+        "comparisons": rule.comparisons,
+        "above": rule.comparisons if outcome == "reproduced" else rule.comparisons - 1,
         "units": 240,
         "left_out": 0,
     }
@@ -183,15 +194,29 @@ def _outcome(key, outcome, rng):
 
 def _tally(key, readings):
     said = [each["claims"][key]["outcome"] for each in readings]
-    counts = {outcome: said.count(outcome) for outcome in KINDS}
-    supported = not counts["refuted"] and counts["holds"] >= 0.95 * len(said)
-    verdict = "supported" if supported else "refuted" if counts["refuted"] > len(said) / 2 else "inconclusive"
-    return counts | {"verdict": verdict, "readings": len(said), "factors": by_level(key, readings)}
+    counts = [said.count(outcome) for outcome in KINDS]
+    return {
+        "verdict": _verdict(counts, figure=PARTS[key].rule.figure),
+        "counts": counts,
+        "agreeing": counts[0],
+        "factors": by_level(key, readings),
+    }
+
+
+def _verdict(counts, *, figure):
+    reproduced, _, opposite, left = (each / sum(counts) for each in counts)
+    if reproduced >= 0.95:
+        return "reproduced"
+    if opposite >= 0.95:
+        return "not reproduced" if figure else "opposite found"
+    if left >= 0.95:
+        return "inconclusive"
+    return "not reproduced" if reproduced <= 0.05 else "depends on"
 
 
 def by_level(key, readings):
     """How many readings with each level say what, as the record has it."""
-    counts = {name: {_level(each): [0, 0, 0] for each in levels} for name, levels in FACTORS.items()}
+    counts = {name: {_level(each): [0, 0, 0, 0] for each in levels} for name, levels in FACTORS.items()}
     for reading in readings:
         said = KINDS.index(reading["claims"][key]["outcome"])
         for name, level in reading["levels"].items():

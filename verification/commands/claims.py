@@ -226,14 +226,13 @@ def _judged(found: "Run") -> "Judged":
 
 def _print(judged: "Judged") -> None:
     from verification.ledger.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
-    from verification.ledger.evidence import Verdict  # noqa: PLC0415
+    from verification.ledger.verdicts import verdict_in_words  # noqa: PLC0415
 
     screen, table = console(), Table("claim", "verdict", "from")
     for key in CLAIMS:
         if key in judged.judgements:
             each = judged.judgements[key]
-            condition = f" {each.condition}" if each.verdict is Verdict.HOLDS_UNDER else ""
-            table.add_row(*map(Text, (key, each.verdict.value + condition, each.reason)))
+            table.add_row(*map(Text, (key, verdict_in_words(each), each.reason)))
     screen.print(table)
     if table.row_count < len(CLAIMS):
         screen.print(f"judged: {table.row_count} of {len(CLAIMS)} claims; nothing is said of the others")

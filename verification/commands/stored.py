@@ -52,12 +52,12 @@ def figures(evidence: "Evidence") -> Iterator[Table]:
 
 def survey_table(surveys: "Sequence[Survey]", caption: str) -> Table:
     """What configurations say of each part of a claim, and the comparison that decides the default one."""
-    from verification.ledger.verdicts import survey_verdict  # noqa: PLC0415 - keeps --help quick
+    from verification.ledger.verdicts import survey_judgement, verdict_in_words  # noqa: PLC0415 - keeps --help quick
 
     heads = ("part", "pictures", "verdict", "configurations", "default configuration")
     table = Table(*heads, "statistic [lower, upper]", "scenes", title="The experiments", caption=caption)
     for each in surveys:
         default = each.default
-        row = (each.told, f"{default.outcome}: {default.name}", default.figures, f"{default.units}")
-        table.add_row(each.part, each.pictures, survey_verdict(each).value, *row)
+        row = (each.tally.told, f"{default.outcome}: {default.name}", default.figures, f"{default.units}")
+        table.add_row(each.part, each.pictures, verdict_in_words(survey_judgement(each)), *row)
     return table

@@ -1,8 +1,8 @@
 """The ledger of claims, read from `ledger.toml`: their places, their formal parts, and how each is judged.
 
 A part is one formal interpretation. Its role says what it means for the claim: ``stated`` is the claim as
-the paper has it, ``variant`` the same for another update, ``repair`` a corrected statement. The verdict of a
-claim is that of its stated parts. Nothing here computes.
+the paper has it, ``variant`` the same for another update, or a figure that the paper gives for one scene,
+``repair`` a corrected statement. The verdict of a claim is that of its stated parts. Nothing here computes.
 """
 
 import tomllib

@@ -18,8 +18,9 @@ class Verdict(StrEnum):
     ``supported``: tested on the stated number of cases without a failure; ``refuted``: a counterexample is
     stored and was confirmed in exact arithmetic; ``inconclusive``: none of these; ``not testable here``.
 
-    Of the experiments, ``supported``, ``refuted`` and ``inconclusive`` follow from the rule in
-    `verification.ledger.rules`: what the configurations of a stored record say.
+    Of the experiments, whose data are not the paper's: ``reproduced``, ``not reproduced``, ``opposite
+    found``, ``depends on``, with the factor that decides, or ``inconclusive``, by the rule in
+    `verification.ledger.rules` from the configurations of a stored record. None of them refutes.
     """
 
     HOLDS = "holds"
@@ -28,6 +29,10 @@ class Verdict(StrEnum):
     REFUTED = "refuted"
     INCONCLUSIVE = "inconclusive"
     NOT_TESTABLE = "not testable here"
+    REPRODUCED = "reproduced"
+    NOT_REPRODUCED = "not reproduced"
+    OPPOSITE = "opposite found"
+    DEPENDS = "depends on"
 
 
 class Outcome(StrEnum):
@@ -183,7 +188,7 @@ class Judgement:
     reason : str
         From which evidence it follows, in one line.
     condition : str
-        For ``holds under``.
+        For ``holds under`` and ``depends on``.
     """
 
     verdict: Verdict

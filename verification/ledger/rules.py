@@ -1,14 +1,25 @@
 """How claims about experiments are judged: one rule for a configuration, one for all of them together.
 
-The words and the numbers stand in `ledger.toml` and were fixed before any picture was looked at.
+The words and the numbers stand in `ledger.toml`, which also says what had been seen when they were fixed.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from convexperc.errors import InputError
 from verification.ledger.evidence import Verdict
-from verification.ledger.surveys import SurveyOutcome, Tally
+from verification.ledger.surveys import Levels, Spread, SurveyOutcome, Tally
+
+NO_FACTOR = "the configuration; no single factor decides"
+"""What a part depends on where the levels of no factor differ by enough."""
+
+
+class Bounds(NamedTuple):
+    """Lower and upper bounds of several means."""
+
+    lower: Sequence[float]
+    upper: Sequence[float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,15 +33,18 @@ class Rule:
     statistic : str
         What is averaged over the scenes; the part says that it is above 0.
     comparisons : int
-        How many statistics there are; their intervals are joint.
+        How many statistics there are; the part says that all are above 0.
     smallest_effect : float
-        In the unit of the statistic: a gain that is smaller is no gain.
+        In the unit of the statistic: an interval within it on either side of 0 shows no effect.
+    figure : bool
+        Whether the part states a figure: to miss it is not the opposite of anything.
     """
 
     scenes: str
     statistic: str
     comparisons: int
     smallest_effect: float
+    figure: bool = False
 
     def __post_init__(self) -> None:
         if self.comparisons < 1:
@@ -38,19 +52,53 @@ class Rule:
         if not 0.0 <= self.smallest_effect < 1.0:
             raise InputError("smallest_effect", value=self.smallest_effect, must="must be in [0, 1)")
 
-    def decisive(self, lower: Sequence[float], upper: Sequence[float]) -> int:
-        """Find the comparison that decides, by its index.
-
-        It has the smallest upper bound if that lies below the smallest effect, else the smallest lower bound.
-        """
-        bounds = upper if min(upper) < self.smallest_effect else lower
-        return bounds.index(min(bounds))
-
     def outcome(self, lower: float, upper: float) -> SurveyOutcome:
-        """Judge a configuration by the bounds of the comparison that decides."""
-        if upper < self.smallest_effect:
-            return SurveyOutcome.REFUTED
-        return SurveyOutcome.HOLDS if lower > 0.0 else SurveyOutcome.INCONCLUSIVE
+        """What an interval says of the claim that its mean is above 0."""
+        if lower > 0.0:
+            return SurveyOutcome.REPRODUCED
+        if upper < 0.0:
+            return SurveyOutcome.OPPOSITE
+        if -self.smallest_effect <= lower and upper <= self.smallest_effect and self.smallest_effect > 0.0:
+            return SurveyOutcome.NO_EFFECT
+        return SurveyOutcome.OPEN
+
+    def decide(self, each: Bounds, joint: Bounds) -> tuple[int, Bounds]:
+        """Find the comparison that decides a configuration, and the bounds by which it does.
+
+        The part is a conjunction. It is reproduced if every interval by itself lies above 0 (an
+        intersection-union test, which needs no correction); then the lowest decides. It fails as soon as one
+        comparison fails: the joint intervals show which, the one that is lowest for the opposite, the
+        narrowest that shows no effect. Else the lowest leaves it open.
+
+        Parameters
+        ----------
+        each : Bounds
+            Of every comparison by itself.
+        joint : Bounds
+            Of all together; each contains the one by itself.
+
+        Returns
+        -------
+        (int, Bounds)
+            `outcome` of the bounds, which have one entry each, is that of the configuration.
+
+        Notes
+        -----
+        R. L. Berger, Multiparameter hypothesis testing and acceptance sampling, Technometrics 24 (1982).
+        """
+        lowest = each.lower.index(min(each.lower))
+        if each.lower[lowest] > 0.0:
+            return lowest, Bounds([each.lower[lowest]], [each.upper[lowest]])
+        below = joint.upper.index(min(joint.upper))
+        outcomes = [self.outcome(*bounds) for bounds in zip(*joint, strict=True)]
+        flat = [k for k, outcome in enumerate(outcomes) if outcome is SurveyOutcome.NO_EFFECT]
+        if outcomes[below] is SurveyOutcome.OPPOSITE:
+            chosen = below
+        elif flat:
+            chosen = min(flat, key=lambda k: joint.upper[k] - joint.lower[k])
+        else:
+            chosen = lowest
+        return chosen, Bounds([joint.lower[chosen]], [joint.upper[chosen]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,44 +107,63 @@ class Protocol:
 
     Attributes
     ----------
-    trials, score, unit, interval, holds, refuted, inconclusive, multiverse, configurations : str
+    seen, trials, score, unit, interval : str
+    reproduced, opposite, no_effect, open : str
+    sensitivity, configurations : str
     resamples : int
         Of the bootstrap.
     confidence : float
-        Of the intervals of a part together.
-    supported_share : float
-        Part of the configurations in which a supported part holds, at least.
-    refuted_share : float
-        More than this part of the configurations refute a refuted part.
+        Of an interval by itself, and of the joint intervals of a part together.
+    deciding_share : float
+        Part of the configurations that must agree, at least; the same for every outcome.
+    deciding_spread : float
+        Least difference between the levels of a factor that is said to decide.
     """
 
+    seen: str
     trials: str
     score: str
     unit: str
     interval: str
-    holds: str
-    refuted: str
-    inconclusive: str
-    multiverse: str
+    reproduced: str
+    opposite: str
+    no_effect: str
+    open: str
+    sensitivity: str
     configurations: str
     resamples: int
     confidence: float
-    supported_share: float
-    refuted_share: float
+    deciding_share: float
+    deciding_spread: float
 
     def __post_init__(self) -> None:
-        for name in ("confidence", "supported_share", "refuted_share"):
+        for name in ("confidence", "deciding_share", "deciding_spread"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise InputError(name, value=getattr(self, name), must="must be in (0, 1)")
 
-    def verdict(self, tally: Tally) -> Verdict:
+    def verdict(self, tally: Tally, *, figure: bool = False) -> Verdict:
         """Judge all configurations together.
 
-        Supported if the part holds in at least the stated share of them and none refutes it; refuted if more
-        than the stated share refute it; otherwise inconclusive.
+        Parameters
+        ----------
+        tally : Tally
+        figure : bool
+            Whether the part states a figure.
         """
-        if tally.refuted > self.refuted_share * tally.total:
-            return Verdict.REFUTED
-        if not tally.refuted and tally.holds >= self.supported_share * tally.total:
-            return Verdict.SUPPORTED
-        return Verdict.INCONCLUSIVE
+        needed = self.deciding_share * tally.total
+        if tally.reproduced >= needed:
+            return Verdict.REPRODUCED
+        if tally.opposite >= needed:
+            return Verdict.NOT_REPRODUCED if figure else Verdict.OPPOSITE
+        if tally.open >= needed:
+            return Verdict.INCONCLUSIVE
+        if tally.total - tally.reproduced >= needed:
+            return Verdict.NOT_REPRODUCED
+        return Verdict.DEPENDS
+
+    def deciding_factor(self, levels: Levels) -> str:
+        """Name what an outcome depends on: a factor with its extreme levels, or that there is no such one."""
+        spread = Spread.widest(levels)
+        if spread is None or spread.size < self.deciding_spread:
+            return NO_FACTOR
+        return f"{spread.factor}: {spread.told}"

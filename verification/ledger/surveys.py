@@ -1,9 +1,9 @@
-"""What the stored experiments say of a part of a claim: in how many configurations it holds, or is refuted.
+"""What the stored experiments say of a part of a claim, configuration by configuration.
 
 A configuration is one choice of all that the paper leaves open.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple
@@ -17,19 +17,21 @@ COMMAND = "python -m verification experiments"
 
 
 class SurveyOutcome(StrEnum):
-    """What one configuration says of a part of a claim."""
+    """What one configuration says of a part of a claim; see `verification.ledger.rules.Rule`."""
 
-    HOLDS = "holds"
-    REFUTED = "refuted"
-    INCONCLUSIVE = "inconclusive"
+    REPRODUCED = "reproduced"
+    NO_EFFECT = "no effect"
+    OPPOSITE = "opposite"
+    OPEN = "open"
 
 
 class Tally(NamedTuple):
-    """Configurations by their outcome."""
+    """Configurations by their outcome, in the order of `SurveyOutcome`."""
 
-    holds: int
-    refuted: int
-    inconclusive: int
+    reproduced: int
+    no_effect: int
+    opposite: int
+    open: int
 
     @classmethod
     def of(cls, outcomes: Iterable[SurveyOutcome]) -> "Tally":
@@ -42,6 +44,18 @@ class Tally(NamedTuple):
         """How many configurations were counted."""
         return sum(self)
 
+    @property
+    def told(self) -> str:
+        """The counts in words."""
+        rest = ", ".join(
+            f"{kind.value} in {count}" for kind, count in zip(SurveyOutcome, self, strict=True) if count
+        )
+        return f"of {self.total} configurations: {rest}"
+
+
+Levels = Mapping[str, Mapping[str, Tally]]
+"""Configurations by factor and level."""
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
@@ -52,9 +66,11 @@ class Comparison:
     outcome : str
         A value of `SurveyOutcome`.
     statistic, lower, upper : float or None
-        The statistic and its joint interval; None where no scene defines it.
+        The statistic and its interval; None where no scene defines it.
     name : str
         Which comparison it is.
+    above : int
+        Comparisons of the part whose mean is above 0, whatever their intervals.
     units : int
         Scenes that it is a mean of.
     left_out : int
@@ -66,6 +82,7 @@ class Comparison:
     lower: float | None
     upper: float | None
     name: str
+    above: int
     units: int
     left_out: int
 
@@ -78,6 +95,46 @@ class Comparison:
 
 
 @dataclass(frozen=True, slots=True)
+class Spread:
+    """The factor whose levels differ most in the share of configurations that reproduce a part.
+
+    Attributes
+    ----------
+    factor : str
+    most, least : str
+        Its levels with the largest and the smallest share.
+    size : float
+        The difference of the two shares.
+    told : str
+        Both levels with their counts, in words.
+    """
+
+    factor: str
+    most: str
+    least: str
+    size: float
+    told: str
+
+    @classmethod
+    def widest(cls, levels: Levels) -> "Spread | None":
+        """Find the factor; of equal ones the first. None where no factor has two levels that were tried."""
+        found = [cls._of(factor, by_level) for factor, by_level in levels.items()]
+        return max((each for each in found if each is not None), key=lambda each: each.size, default=None)
+
+    @classmethod
+    def _of(cls, factor: str, by_level: Mapping[str, Tally]) -> "Spread | None":
+        shares = {name: each.reproduced / each.total for name, each in by_level.items() if each.total}
+        if len(shares) < 2:
+            return None
+        most, least = max(shares, key=lambda each: shares[each]), min(shares, key=lambda each: shares[each])
+        told = "; ".join(
+            f"reproduced in {by_level[name].reproduced} of {by_level[name].total} with {name}"
+            for name in (most, least)
+        )
+        return cls(factor, most, least, shares[most] - shares[least], told)
+
+
+@dataclass(frozen=True, slots=True)
 class Survey:
     """All configurations for one part and one set of pictures, as a record of the experiments has them.
 
@@ -87,8 +144,10 @@ class Survey:
         A key of `verification.ledger.claims.PARTS`.
     pictures : str
         The name of the set, "simulation" or "photographs".
-    holds, refuted, inconclusive : int
+    tally : Tally
         Configurations by their outcome.
+    agreeing : int
+        Configurations in which the mean of every comparison is above 0, whatever its interval.
     default : Comparison
         The deciding comparison of the library's default configuration.
     levels : dict of str to dict of str to Tally
@@ -101,9 +160,8 @@ class Survey:
 
     part: str
     pictures: str
-    holds: int
-    refuted: int
-    inconclusive: int
+    tally: Tally
+    agreeing: int
     default: Comparison
     levels: dict[str, dict[str, Tally]]
     record: str
@@ -111,26 +169,10 @@ class Survey:
     command: str
 
     def __post_init__(self) -> None:
-        if min(self.holds, self.refuted, self.inconclusive) < 0 or self.readings == 0:
-            counts = (self.holds, self.refuted, self.inconclusive)
+        if min(self.tally) < 0 or not 0 <= self.agreeing <= self.tally.total or self.tally.total == 0:
+            counts = (*self.tally, self.agreeing)
             must = "must be counts of configurations, and at least one configuration"
             raise InputError(f"configurations of {self.part}", value=counts, must=must)
-
-    @property
-    def tally(self) -> Tally:
-        """The counts."""
-        return Tally(self.holds, self.refuted, self.inconclusive)
-
-    @property
-    def readings(self) -> int:
-        """How many configurations there are."""
-        return self.tally.total
-
-    @property
-    def told(self) -> str:
-        """The counts in words."""
-        counts = f"refuted in {self.refuted}, open in {self.inconclusive}"
-        return f"holds in {self.holds} of {self.readings} configurations, {counts}"
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> "Survey":
@@ -139,4 +181,5 @@ class Survey:
             factor: {level: Tally(*counts) for level, counts in by_level.items()}
             for factor, by_level in data["levels"].items()
         }
-        return cls(**data | {"default": Comparison(**data["default"]), "levels": levels})
+        told = {"tally": Tally(*data["tally"]), "default": Comparison(**data["default"]), "levels": levels}
+        return cls(**data | told)

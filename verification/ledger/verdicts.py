@@ -5,6 +5,7 @@ part holds only when an argument passed step by step, and cases alone never do m
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from convexperc.errors import ConvexpercError
 from verification.ledger.claims import CLAIMS, PARTS, PROTOCOL, Claim, Part, Role
@@ -28,6 +29,15 @@ WEAKEST_FIRST = (
     Verdict.HOLDS,
 )
 """The order in which a claim takes the verdict of its weakest stated part."""
+WEAKEST_SURVEY_FIRST = (
+    Verdict.NOT_TESTABLE,
+    Verdict.OPPOSITE,
+    Verdict.NOT_REPRODUCED,
+    Verdict.INCONCLUSIVE,
+    Verdict.DEPENDS,
+    Verdict.REPRODUCED,
+)
+"""The same of a claim about the experiments."""
 
 NOT_JUDGED = "not judged in this run"
 """Said of a part of another claim that was not selected."""
@@ -114,7 +124,7 @@ def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
     refuted = [part.key for part in stated if parts[part.key].verdict is Verdict.REFUTED]
     if refuted:
         repairs = [
-            f"{part.key} {_verdict_in_words(parts.get(part.key))}" for part in corrected_statements(claim)
+            f"{part.key} {_corrected_in_words(parts.get(part.key))}" for part in corrected_statements(claim)
         ] or ["none is stated"]
         share = f" ({len(refuted)} of {len(stated)} stated parts)" if len(stated) > 1 else ""
         reason = f"{', '.join(refuted)}{share}"
@@ -139,9 +149,12 @@ def corrected_statements(claim: Claim) -> tuple[Part, ...]:
     return own + tuple(PARTS[key] for key in claim.repaired_by)
 
 
-def survey_verdict(survey: Survey) -> Verdict:
+def survey_judgement(survey: Survey) -> Judgement:
     """Judge all configurations of one set together, by the rule of the ledger."""
-    return PROTOCOL.verdict(survey.tally)
+    rule = PARTS[survey.part].rule
+    verdict = PROTOCOL.verdict(survey.tally, figure=rule is not None and rule.figure)
+    condition = PROTOCOL.deciding_factor(survey.levels) if verdict is Verdict.DEPENDS else ""
+    return Judgement(verdict, f"{survey.pictures}, {survey.tally.told}", condition)
 
 
 def judge_surveys(part: Part, surveys: Sequence[Survey]) -> Judgement:
@@ -149,24 +162,22 @@ def judge_surveys(part: Part, surveys: Sequence[Survey]) -> Judgement:
     deciding = [survey for survey in surveys if survey.part == part.key and survey.pictures == DECIDING]
     if not deciding:
         return Judgement(Verdict.NOT_TESTABLE, ABSENT)
-    found = deciding[0]
-    beside = (each for each in surveys if each.part == part.key and each is not found)
-    told = [
-        f"{DECIDING}: {found.told}",
-        *(f"{each.pictures}: {survey_verdict(each).value}" for each in beside),
-    ]
-    return Judgement(survey_verdict(found), "; ".join(told))
+    found = survey_judgement(deciding[0])
+    beside = [each for each in surveys if each.part == part.key and each is not deciding[0]]
+    told = [f"{each.pictures}: {verdict_in_words(survey_judgement(each))}" for each in beside]
+    return replace(found, reason="; ".join([found.reason, *told]))
 
 
 def join_surveyed(parts: Mapping[str, Judgement]) -> Judgement:
-    """Judge a claim about the experiments: refuted if a part is, supported if all are."""
-    order = (Verdict.REFUTED, Verdict.NOT_TESTABLE, Verdict.INCONCLUSIVE, Verdict.SUPPORTED)
-    joint = min((found.verdict for found in parts.values()), key=order.index)
-    told = {key: found.reason for key, found in parts.items() if found.verdict is joint}
+    """Judge a claim about the experiments: what its weakest part is, since it states them all."""
+    joint = min((found.verdict for found in parts.values()), key=WEAKEST_SURVEY_FIRST.index)
+    told = {key: found for key, found in parts.items() if found.verdict is joint}
+    condition = "; ".join(dict.fromkeys(found.condition for found in told.values() if found.condition))
     if len(parts) == 1 or joint is Verdict.NOT_TESTABLE:
-        return Judgement(joint, next(iter(told.values())))
-    others = [f"{key}: {found.verdict.value}" for key, found in parts.items() if key not in told]
-    return Judgement(joint, "; ".join([*(f"{key}: {reason}" for key, reason in told.items()), *others]))
+        return Judgement(joint, next(iter(told.values())).reason, condition)
+    others = [f"{key}: {verdict_in_words(found)}" for key, found in parts.items() if key not in told]
+    reason = "; ".join([*(f"{key}: {found.reason}" for key, found in told.items()), *others])
+    return Judgement(joint, reason, condition)
 
 
 def _refuted(part: Part, confirmed: list[Refutation], arguments: list[Argument], count: Count) -> Judgement:
@@ -228,8 +239,13 @@ def _notes(refutations: list[Refutation], arguments: list[Argument], count: Coun
     return notes + ([f"stale: {', '.join(stale)}"] if stale else [])
 
 
-def _verdict_in_words(judgement: Judgement | None) -> str:
-    return f"{judgement.verdict.value} {judgement.condition}".strip() if judgement else NOT_JUDGED
+def verdict_in_words(judgement: Judgement) -> str:
+    """A verdict with its condition."""
+    return f"{judgement.verdict.value} {judgement.condition}".strip()
+
+
+def _corrected_in_words(judgement: Judgement | None) -> str:
+    return verdict_in_words(judgement) if judgement else NOT_JUDGED
 
 
 def _tested(count: Count) -> str:

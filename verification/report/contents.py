@@ -12,8 +12,8 @@ from typing import Annotated, Any, Final, Literal
 from verification.ledger.baseline import Assessment
 from verification.ledger.claims import Claim, Part, Subject
 from verification.ledger.evidence import Argument, Count, Refutation, Verdict
-from verification.ledger.surveys import DECIDING, Comparison, Survey
-from verification.ledger.verdicts import survey_verdict
+from verification.ledger.surveys import DECIDING, Comparison, Survey, Tally
+from verification.ledger.verdicts import survey_judgement
 from verification.provenance import record_digest
 from verification.report.plain import plain
 
@@ -76,18 +76,27 @@ class SurveyCounts:
     """What the configurations of the experiments say of a part on one set of pictures."""
 
     pictures: Annotated[str, {"enum": list(PICTURES)}]
-    holds: Whole
-    refuted: Whole
-    inconclusive: Whole
+    reproduced: Whole
+    no_effect: Whole
+    opposite: Whole
+    open: Whole
+    agreeing: Whole
+    configurations: Whole
     default: Comparison
-    readings: Whole
     verdict: Verdict
+    condition: str
 
     @classmethod
     def of(cls, survey: Survey) -> "SurveyCounts":
         """Leave out the levels of each factor and the origin, which the section on the experiments shows."""
-        counts = survey.pictures, survey.holds, survey.refuted, survey.inconclusive, survey.default
-        return cls(*counts, survey.readings, survey_verdict(survey))
+        found = survey_judgement(survey)
+        counts = (*survey.tally, survey.agreeing, survey.tally.total)
+        return cls(survey.pictures, *counts, survey.default, found.verdict, found.condition)
+
+    @property
+    def told(self) -> str:
+        """The counts in words."""
+        return Tally(self.reproduced, self.no_effect, self.opposite, self.open).told
 
 
 @dataclass(frozen=True, kw_only=True)

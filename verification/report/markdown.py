@@ -128,7 +128,7 @@ def _evidence(report: Report) -> Iterator[str]:
 def _part(part: JudgedPart) -> Iterator[str]:
     head = f"- **{prose(part.key)}** ({words.ROLES[part.role]}): **{part.verdict}**"
     yield f"{head}. {code(part.statement)}"
-    under = f"; under: {prose(part.condition)}" if part.condition else ""
+    under = f"; {sentences.limited(part).lower()}: {prose(part.condition)}" if part.condition else ""
     yield f"  - {prose(part.reason)}{under}"
     if part.rule:
         yield from (f"  - {prose(line)}" for line in sentences.surveyed(part))

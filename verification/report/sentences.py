@@ -71,6 +71,10 @@ def _counted(claims: Sequence[JudgedClaim]) -> str:
         Verdict.HOLDS_UNDER: ("holds under a condition", "hold under a condition"),
         Verdict.SUPPORTED: ("is supported", "are supported"),
         Verdict.REFUTED: ("is refuted", "are refuted"),
+        Verdict.REPRODUCED: ("is reproduced", "are reproduced"),
+        Verdict.DEPENDS: (depends := "depends on what the paper leaves open", depends.replace("ds", "d", 1)),
+        Verdict.NOT_REPRODUCED: ("is not reproduced", "are not reproduced"),
+        Verdict.OPPOSITE: ("is met by its opposite", "are met by their opposites"),
         Verdict.INCONCLUSIVE: ("is inconclusive", "are inconclusive"),
         Verdict.NOT_TESTABLE: ("cannot be tested here", "cannot be tested here"),
     }
@@ -107,17 +111,18 @@ def surveyed(part: JudgedPart) -> list[str]:
     if (rule := part.rule) is None:
         return []
     least = f"smallest effect {rule.smallest_effect:g}" if rule.smallest_effect else "no smallest effect"
-    told = [f"Compared: {rule.statistic}.", f"On {rule.scenes}; {rule.comparisons} joint, {least}."]
+    count = "one comparison" if rule.comparisons == 1 else f"{rule.comparisons} comparisons"
+    told = [f"Compared: {rule.statistic}.", f"On {rule.scenes}; {count}, {least}."]
     for each in part.surveys:
         default, numbers = each.default, "no scene defines it"
         if default.statistic is not None:
             numbers = f"{default.figures} over {default.units:,} scenes"
         out = f", {default.left_out:,} left out" if default.left_out else ""
-        counts = f"holds in {each.holds}, refuted in {each.refuted}, open in {each.inconclusive}"
-        outcome = "open" if default.outcome == "inconclusive" else default.outcome
+        condition = f" {each.condition}" if each.condition else ""
         told.append(
-            f"{sentence(each.pictures)[:-1]}: {each.verdict}; {counts} of {each.readings} configurations."
-            f" Default configuration: {outcome}, {default.name}: {numbers}{out}."
+            f"{sentence(each.pictures)[:-1]}: {each.verdict}{condition}; {each.told}; every mean on the"
+            f" claim's side in {each.agreeing}."
+            f" Default configuration: {default.outcome}, {default.name}: {numbers}{out}."
         )
     return told
 
@@ -212,6 +217,11 @@ def short(key: str) -> str:
     return name.replace("/gauss_seidel", " GS").replace("/jacobi", " J").replace("_", " ").replace("/", " ")
 
 
+def limited(found: JudgedClaim | JudgedPart) -> str:
+    """What the condition of a verdict is called."""
+    return "Depends on" if found.verdict is Verdict.DEPENDS else "Condition"
+
+
 def condition(claim: JudgedClaim) -> str:
     """The condition of a claim as a sentence, with the part that it belongs to; else empty."""
     if not claim.condition:
@@ -219,7 +229,7 @@ def condition(claim: JudgedClaim) -> str:
     stated = [part for part in claim.parts if part.role is Role.STATED]
     bound = [part.key for part in stated if part.condition]
     where = f" of {listed(bound)}" if len(stated) > 1 else ""
-    return f"Condition{where}: {claim.condition}."
+    return f"{limited(claim)}{where}: {claim.condition}."
 
 
 def replay(identity: str) -> str:

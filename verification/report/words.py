@@ -18,16 +18,21 @@ VERDICTS = {
     " solver z3 over the real numbers, or by exact arithmetic; where it rests on a theorem of the literature,"
     " that is cited and counted apart.",
     Verdict.HOLDS_UNDER: "Proved in the same way, but only under the condition that is named.",
-    Verdict.SUPPORTED: "Tested on the stated number of cases without a failure. This is not a proof."
-    " Of the experiments: it holds in at least 95 % of the configurations, and none refutes it.",
+    Verdict.SUPPORTED: "Tested on the stated number of cases without a failure. This is not a proof.",
     Verdict.REFUTED: "False as stated. A counterexample is stored, and it was confirmed during this run: in"
     " exact arithmetic or, where the claim is about a program, by running it again beside a proved interval."
-    " Of the experiments: more than half of the configurations refute it, by a rule that was fixed before"
-    " the results were seen."
     " This is a finding about the claim, not a failure of the run.",
     Verdict.INCONCLUSIVE: "None of these: nothing was decided, or cases failed that nobody could"
-    " confirm exactly. Of the experiments: it depends on what the paper leaves open.",
+    " confirm exactly. Of the experiments: the data do not tell in at least 95 % of the configurations.",
     Verdict.NOT_TESTABLE: "Cannot be judged here, for the reason that is given.",
+    Verdict.REPRODUCED: "Of the experiments, on other data than the paper's: found in at least 95 % of the"
+    " configurations, which are choices of what the paper leaves open.",
+    Verdict.DEPENDS: "Of the experiments: found in some configurations and not in others. The factor is named"
+    " whose levels differ most, if one does.",
+    Verdict.NOT_REPRODUCED: "Of the experiments: found in at most 5 % of the configurations. This does not"
+    " say that it is false of the paper's data.",
+    Verdict.OPPOSITE: "Of the experiments: the opposite was found in at least 95 % of the configurations."
+    " This does not say that it is false of the paper's data.",
 }
 
 TONES = {
@@ -37,12 +42,16 @@ TONES = {
     Verdict.REFUTED: "refuted",
     Verdict.INCONCLUSIVE: "open",
     Verdict.NOT_TESTABLE: "untested",
+    Verdict.REPRODUCED: "supported",
+    Verdict.DEPENDS: "open",
+    Verdict.NOT_REPRODUCED: "untested",
+    Verdict.OPPOSITE: "refuted",
 }
 """Class names in the style sheet."""
 
 ROLES = {
     Role.STATED: "as stated",
-    Role.VARIANT: "update variant",
+    Role.VARIANT: "variant",
     Role.REPAIR: "corrected statement",
 }
 

@@ -151,6 +151,8 @@ def test_photographs_are_drawn_by_level(photographs: Path) -> None:
         partial, full = LEVELS[scene.level]
         shares = [view.visible_share for view in scene.views]
         assert len({view.azimuth for view in scene.views}) == 6, "six different photographs"
+        named = [f"{scene.object}/{int(view.azimuth + 90) % 360:03d}" for view in scene.views]
+        assert [view.photograph for view in scene.views] == named, "what is resampled"
         assert 0.0 not in {view.azimuth for view in scene.views}, "never the reference"
         assert sum(share == 0.0 for share in shares) == full, scene
         assert sum(0.25 <= share <= 0.75 for share in shares) == partial, scene

@@ -13,16 +13,21 @@ import pytest
 from made_up_pictures import collection, write_folder
 from typer.testing import CliRunner
 
+from convexperc import Problem, solve
 from convexperc.features import extract
 from verification.__main__ import app
-from verification.experiments.design import Design
-from verification.experiments.measure.configurations import first, fraction
-from verification.experiments.measure.evaluation import Task
-from verification.experiments.measure.features import Store, blocks
+from verification.experiments.design import BOTH, NOTHING, Design
+from verification.experiments.measure import evaluation
+from verification.experiments.measure.configurations import Configuration, first, fraction
+from verification.experiments.measure.evaluation import UNNORMALISED, Task, to_unit_references
+from verification.experiments.measure.features import Store, blocks, prepare
+from verification.experiments.measure.weights import weigh
 from verification.experiments.record.collection import Collection
 from verification.experiments.record.rankings import rankings
+from verification.experiments.record.reading import packaged
 from verification.experiments.record.record import SCHEMA
 from verification.experiments.record.run import run
+from verification.experiments.record.sensitivity import vacuous
 from verification.experiments.scenes.pictures import PictureSet
 from verification.provenance import record_digest
 from verification.report.schema import experiments_schema
@@ -71,9 +76,9 @@ def test_the_record_follows_its_schema(unbroken: Mapping[str, Any]) -> None:
         lambda r: r["sets"][0]["readings"][0]["accuracy"].pop(),
         lambda r: r["sets"][0]["readings"][1]["accuracy"][0].append(0.5),
         lambda r: r["sets"][0]["readings"][0]["claims"].pop("X8/ten"),
-        lambda r: r["sets"][0]["readings"][0]["claims"]["X8/ten"].update(outcome="open"),
+        lambda r: r["sets"][0]["readings"][0]["claims"]["X8/ten"].update(outcome="holds"),
         lambda r: r["sets"][0]["readings"][0]["claims"]["X8/ten"].update(lower="inf"),
-        lambda r: r["sets"][0]["claims"]["X1/stated"]["factors"]["hog"].update({"8-pixel cells": [1, 2]}),
+        lambda r: r["sets"][0]["claims"]["X1/figure"]["factors"]["hog"].update({"8-pixel cells": [1, 2, 3]}),
         lambda r: r["sets"][0]["default"]["grid"][0][0].update(score=1.5),
         lambda r: r["sets"][0]["default"].update(more=1),
         lambda r: r["sets"][0]["rankings"][0].pop("proved zero"),
@@ -95,7 +100,7 @@ def test_what_is_easy_is_recognised(unbroken: Mapping[str, Any]) -> None:
     assert found["levels"] == dict.fromkeys(found["levels"], 2)
     counts = found["default"]["accuracy"][3][5]
     assert (counts["right"], counts["score"]) == (4 * DESIGN.repetitions, 1.0)
-    assert found["claims"]["X2/stated"]["refuted"] == 2, "nothing beats what is nearly always right"
+    assert found["claims"]["X2/stated"]["counts"][0] == 0, "nothing beats what is nearly always right"
     assert found["default"]["shares"]["full"] < found["default"]["shares"]["none"]
 
 
@@ -199,7 +204,7 @@ def test_with_shuffled_labels_nothing_is_recognised(cache: Path, tmp_path: Path)
     assert np.mean(configuration["accuracy"]) == pytest.approx(right, abs=0.05), (
         "as often right as the shuffle is"
     )
-    assert configuration["claims"]["X2/stated"]["outcome"] == "refuted"
+    assert configuration["claims"]["X2/stated"]["outcome"] == "no effect"
 
 
 def test_features_are_those_of_the_library(unbroken: Mapping[str, Any], cache: Path, tmp_path: Path) -> None:
@@ -216,6 +221,65 @@ def test_features_are_those_of_the_library(unbroken: Mapping[str, Any], cache: P
     assert not Store.of(tmp_path, pictures).known(blocks(CONFIGURATIONS[0])[0])
 
 
+def of_scale(cache: Path, configuration: Configuration) -> float:
+    """How far the paper's lambdas move w from that of least squares, relatively, in every scene."""
+    (part, _) = collection().parts(cache)
+    X, known = part.described(configuration)
+    paper, free = (weigh(part.layout, X, known, pair=pair).w for pair in (BOTH, NOTHING))
+    return float((np.abs(paper - free).max(axis=1) / np.abs(free).max(axis=1)).min())
+
+
+def test_no_normalisation_makes_the_lambdas_vanish(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Features that are not normalised are long: at equal lambdas every setting would be (0, 0)."""
+    chosen = next(each for each in fraction() if each["normalisation"] == UNNORMALISED)
+    given = collection()
+    prepare(given.physical, Store.of(cache, given.physical), [chosen], 1, lambda done, total: None)
+    scaled = of_scale(cache, chosen)
+    assert scaled > 1e-2
+    monkeypatch.setattr(evaluation, "to_unit_references", lambda X, references: X)
+    assert of_scale(cache, chosen) < 1e-2 * scaled, "the fault would be seen"
+
+
+def test_dividing_the_features_is_scaling_the_lambdas() -> None:
+    rng = np.random.default_rng(0)
+    X = 40.0 * rng.random((7, 12))
+    scaled = to_unit_references(X, 3)
+    t = X[0, 0] / scaled[0, 0]
+    assert np.sqrt((scaled[:3] ** 2).sum(axis=1).mean()) == pytest.approx(1.0)
+    sizes, lambdas = {"a": 5, "b": 7}, np.array([0.1, 0.2, 0.3])
+    powers = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas * [t**2, t**2, t**3], strict=True))
+    own = dict(zip(powers, lambdas, strict=True))
+    wanted = solve(Problem(X[3:], X[0], modalities=sizes, **powers))
+    found = solve(Problem(scaled[3:], scaled[0], modalities=sizes, **own))
+    assert found.certificate.lower * t**2 == pytest.approx(wanted.certificate.lower, rel=1e-8)
+    assert found.w == pytest.approx(wanted.w, rel=1e-5)
+    assert found.u == pytest.approx(wanted.u * t, rel=1e-4, abs=1e-9)
+
+
+def test_a_configuration_is_vacuous_where_no_setting_can_be_told_from_another() -> None:
+    equal = [[0.3, 0.5, 0.6]] * 3 + [[0.9, 0.5, 0.6]]
+    assert vacuous(equal), "one view tells nothing"
+    assert not vacuous([*equal[:3], [0.3, 0.5, 0.61]])
+    found = packaged()
+    assert found is not None
+    for pictures in found.content["sets"]:
+        assert [each["id"] for each in pictures["readings"] if vacuous(each["accuracy"])] == []
+
+
+def test_with_one_view_and_references_of_one_length_no_lambda_counts() -> None:
+    """What R1/one_view proves, in the packaged record: equal scores but where every optimum is 0."""
+    found = packaged()
+    assert found is not None
+    for pictures in found.content["sets"]:
+        kept = [each for each in pictures["readings"] if each["levels"]["normalisation"].startswith("unit")]
+        assert len(kept) == 64
+        for each in kept:
+            scores = {
+                row[0] for row, open_ in zip(each["accuracy"], each["open"], strict=True) if not open_[0]
+            }
+            assert len(scores) == 1, each["id"]
+
+
 def test_rankings_agree_with_what_the_claims_measured_at_the_same_lambdas(
     unbroken: Mapping[str, Any], cache: Path
 ) -> None:
@@ -223,7 +287,7 @@ def test_rankings_agree_with_what_the_claims_measured_at_the_same_lambdas(
     by_lambdas = {tuple(each["lambdas"]): each for each in found["rankings"]}
     paper = by_lambdas[0.1, 0.1]
     assert paper["visible"] == found["limits"]["visible"]["default"]
-    share = found["readings"][0]["claims"]["X1/stated"]["statistic"] + 0.8
+    share = found["readings"][0]["claims"]["X1/figure"]["statistic"] + 0.8
     assert paper["three"] == pytest.approx(share, abs=1e-5)
     hidden = [v.obstruction == "full" for s in collection().physical.layout.scenes for v in s.views]
     assert {each["full"] for each in by_lambdas.values()} == {sum(hidden)}

@@ -1,4 +1,4 @@
-"""Every interval is over scenes; every number by setting, views, level, object or factor has its own name.
+"""Every interval is over objects and scenes; every number stands under the name of what it is a number of.
 
 The trials are replaced by ones whose outcome is known, so that no table can show another row than it says.
 """
@@ -46,7 +46,7 @@ from verification.experiments.record.claims import CLAIMS, PEAK
 from verification.experiments.record.detail import detail
 from verification.experiments.record.judged import recorded
 from verification.experiments.record.limits import limits, summary
-from verification.experiments.record.multiverse import level_name, survey
+from verification.experiments.record.sensitivity import level_name, survey
 from verification.experiments.record.verdicts import judge, rule_of
 from verification.experiments.scenes.pictures import Layout, Scene
 
@@ -66,11 +66,15 @@ def repeated(by_scene: NDArray[np.bool_], shape: tuple[int, int], chosen: Sequen
     return Tried(np.zeros(scores.shape, dtype=np.int64), scores, np.zeros(scores.shape, dtype=np.int64))
 
 
-def width(count: int, scenes: int, comparisons: int) -> float:
+def width(count: int, units: int, comparisons: int) -> float:
     """Of the bootstrap's interval for a mean of 0s and 1s: resampled sums are binomial."""
     tail = 0.05 / (2 * comparisons)
-    low, high = binom.ppf([tail, 1.0 - tail], scenes, count / scenes)
-    return float(high - low) / scenes
+    low, high = binom.ppf([tail, 1.0 - tail], units, count / units)
+    return float(high - low) / units
+
+
+RIGHT_SCENES = np.arange(15) < 10
+"""All scenes of two of the three objects."""
 
 
 BETTER = {"X2/stated": (VIEWS_ALONE, FEATURES_ALONE, BOTH), "X3/stated": (BOTH,), "X4/stated": (VIEWS_ALONE,)}
@@ -78,33 +82,31 @@ BETTER = {"X2/stated": (VIEWS_ALONE, FEATURES_ALONE, BOTH), "X3/stated": (BOTH,)
 
 
 @pytest.mark.parametrize("part", [*BETTER, "X8/zero", "X8/ten", "X8/peak"])
-def test_trials_of_one_scene_move_together_in_the_interval_of_a_claim(part: str) -> None:
-    right = np.arange(15) % 5 < 3
+def test_trials_and_scenes_of_one_object_move_together_in_the_interval_of_a_claim(part: str) -> None:
     better = [(SETTINGS.index(pair), n) for pair in BETTER.get(part, ()) for n in range(6)]
     peak = [(GRID.index(a), GRID.index(b)) for a, b in PEAK]
-    given = measured(repeated(right, (4, 6), better), repeated(right, (5, 5), peak), DESIGN)
+    given = measured(repeated(RIGHT_SCENES, (4, 6), better), repeated(RIGHT_SCENES, (5, 5), peak), DESIGN)
     found = judge(CLAIMS[part](given), rule_of(part), DESIGN)
-    assert found.statistic == pytest.approx(0.6)
+    assert found.statistic == pytest.approx(2 / 3)
     assert found.units == 15, "a trial was taken for a scene"
-    wanted = width(9, 15, rule_of(part).comparisons)
-    assert found.upper - found.lower == pytest.approx(wanted, abs=1.5 / 15), "an interval of the wrong width"
-    assert wanted > 3.0 * width(180, 300, rule_of(part).comparisons), (
-        "else the test could not tell them apart"
-    )
+    wanted = width(2, 3, rule_of(part).comparisons)
+    assert found.upper - found.lower == pytest.approx(wanted), "an interval of the wrong width"
+    for trials_or_scenes in (15, 300):
+        other = width(trials_or_scenes * 2 // 3, trials_or_scenes, rule_of(part).comparisons)
+        assert wanted > 1.2 * other, "else the test could not tell them apart"
 
 
-def test_trials_of_one_scene_move_together_in_the_intervals_that_are_shown() -> None:
-    right = np.arange(15) % 5 < 3
-    everywhere = repeated(right, (4, 6), list(product(range(4), range(6))))
-    given = measured(everywhere, repeated(right, (5, 5), []), DESIGN, explained=everywhere)
+def test_trials_and_scenes_of_one_object_move_together_in_the_intervals_that_are_shown() -> None:
+    everywhere = repeated(RIGHT_SCENES, (4, 6), list(product(range(4), range(6))))
+    given = measured(everywhere, repeated(RIGHT_SCENES, (5, 5), []), DESIGN, explained=everywhere)
     baselines = np.tile(everywhere.scores[:, :1], (1, len(BASELINES), 1, 1))
     shown = detail(replace(given, baselines=baselines))
     cells = [cell for name in ("accuracy", "explained") for row in shown[name] for cell in row]
     cells += [cell for row in shown["baselines"].values() for cell in row]
     assert len(cells) == 2 * 24 + 3 * 6
     for cell in cells:
-        assert cell["score"] == pytest.approx(0.6)
-        assert cell["upper"] - cell["lower"] == pytest.approx(width(9, 15, 1), abs=1.5 / 15), cell
+        assert cell["score"] == pytest.approx(2 / 3)
+        assert cell["upper"] - cell["lower"] == pytest.approx(width(2, 3, 1)), cell
 
 
 # ---------- names of rows and columns
@@ -225,7 +227,7 @@ def test_comparisons_are_named_by_the_lambdas_and_views_that_they_compare(
             high, low = (score((a, b), int(n), scene) for a, b in (pairs[:2], pairs[2:]))
             assert gain[0] == pytest.approx(high - low), name
     ((name, gain),) = CLAIMS["X4/stated"](given).differences.items()
-    high, low = (np.mean([score(pair, n, scene) for n in range(1, 7)]) for pair in SETTINGS[1:3])
+    high, low = (np.mean([score(pair, n, scene) for n in range(2, 7)]) for pair in SETTINGS[1:3])
     assert numbers(name) == [0.1, 0.0, 0.0, 0.1]
     assert gain[0] == pytest.approx(high - low), name
     peak = np.mean([score(pair, n, scene) for pair in PEAK for n in (3, 6)])
@@ -275,10 +277,15 @@ def test_means_over_the_configurations_are_those_of_their_levels() -> None:
 
 def test_outcomes_are_counted_by_the_level_that_they_were_found_with() -> None:
     tried = fraction()
-    said = ["holds" if each["hog"] == "8-pixel cells" else "refuted" for each in tried]
-    entries = [{"levels": each.as_json(), "claims": {"X2/stated": {"outcome": outcome}}}
-               for each, outcome in zip(tried, said, strict=True)]  # fmt: skip
+    said = ["reproduced" if each["hog"] == "8-pixel cells" else "opposite" for each in tried]
+    entries = [
+        {
+            "levels": each.as_json(),
+            "claims": {"X2/stated": {"outcome": outcome, "above": 15 - (k % 4 == 0), "comparisons": 15}},
+        }
+        for k, (each, outcome) in enumerate(zip(tried, said, strict=True))
+    ]
     found = survey(entries, "X2/stated", FACTORS)
-    assert (found["holds"], found["refuted"], found["inconclusive"], found["readings"]) == (64, 64, 0, 128)
-    assert found["factors"]["hog"] == {"16-pixel cells": [0, 64, 0], "8-pixel cells": [64, 0, 0]}
-    assert found["factors"]["lambda1"] == {key: [16, 16, 0] for key in ("0.1", "0.01", "1", "10")}
+    assert (found["counts"], found["agreeing"], found["verdict"]) == ([64, 0, 64, 0], 96, "depends on")
+    assert found["factors"]["hog"] == {"16-pixel cells": [0, 0, 64, 0], "8-pixel cells": [64, 0, 0, 0]}
+    assert found["factors"]["lambda1"] == {key: [16, 0, 16, 0] for key in ("0.1", "0.01", "1", "10")}

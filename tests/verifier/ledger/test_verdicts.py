@@ -110,7 +110,7 @@ def test_a_proof_and_a_counterexample_of_one_part_contradict_each_other():
 
 
 def test_what_no_record_speaks_of_cannot_be_tested_whatever_is_claimed():
-    found = judge_part(PARTS["X1/stated"], Evidence(counts=[Count("X1/stated", "random", held=9)]))
+    found = judge_part(PARTS["X1/direction"], Evidence(counts=[Count("X1/direction", "random", held=9)]))
     assert found.verdict is Verdict.NOT_TESTABLE, found
     assert "python -m verification experiments" in found.reason, found
     assert judge(CLAIMS["X8"], Evidence()) == found
@@ -189,9 +189,13 @@ def plus(part, confirmed=True, name=""):
 
 
 def flipped(part):
-    """Surveys in which readings that held refute, and the other way round."""
+    """Surveys in which configurations that reproduced a part show the opposite."""
     return [
-        replace(each, holds=each.refuted, refuted=each.holds) if each.part == part else each
+        replace(
+            each, tally=each.tally._replace(reproduced=each.tally.opposite, opposite=each.tally.reproduced)
+        )
+        if each.part == part
+        else each
         for each in evidence().surveys
     ]
 
@@ -225,12 +229,12 @@ EXITS = {
     "no record of the experiments": (
         {"surveys": []},
         3,
-        "X1: not testable here, the baseline says supported",
+        "X1: not testable here, the baseline says reproduced",
     ),
     "another record": (
-        {"surveys": flipped("X1/stated")},
+        {"surveys": flipped("X1/direction")},
         1,
-        "X1/stated: refuted, the baseline says supported",
+        "X1/direction: opposite found, the baseline says reproduced",
     ),
     "both": ({"missing": ["family one_view"], "arguments": []}, 1, "missing: family one_view"),
 }

@@ -1,9 +1,17 @@
-"""The paired bootstrap over scenes: percentile intervals that hold together for all comparisons of a claim.
+"""The bootstrap of means over scenes: objects are drawn first, then what was drawn at random for each.
 
-Source: B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap, 1993, chapter 13; joint by
-Bonferroni's inequality.
+Scenes that share no photograph are drawn themselves, within their object and level of obstruction.
+Photographs serve several scenes each; there they are drawn, and a scene has the first-order weight
+1 + sum over its views of (times the photograph was drawn - 1), which may be negative: a mean over scenes is
+then moved by a photograph's multiplicity as the mean over all the scenes that could be made of the
+photographs would be, to first order.
+
+Sources: A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application, 1997, section 3.8 (objects,
+then scenes); W. Hoeffding, A class of statistics with asymptotically normal distribution, Ann. Math. Stat. 19
+(1948) (the first-order part of a mean over subsets).
 """
 
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -11,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verification.experiments.design import Design, key
+from verification.experiments.scenes.pictures import Scene
 from verification.ledger.claims import PROTOCOL
 
 Floats = NDArray[np.float64]
@@ -24,30 +33,83 @@ class Intervals(NamedTuple):
     upper: Floats
 
 
-@lru_cache(maxsize=8)
-def resamples(units: int, count: int, seed: int) -> Floats:
-    """How often each unit is drawn in each resample, shape (count, units); rows sum to `units`."""
-    rng = np.random.default_rng([seed, key("bootstrap"), units])
-    drawn = rng.multinomial(units, np.full(units, 1.0 / units), size=count).astype(np.float64)
-    drawn.flags.writeable = False
-    return drawn
-
-
-def intervals(values: Floats, design: Design, comparisons: int | None = None) -> Intervals:
-    """Mean over the units and a percentile interval, for several columns on the same resamples.
+def intervals(values: Floats, scenes: Sequence[Scene], design: Design, comparisons: int = 1) -> Intervals:
+    """Mean over the scenes and a percentile interval, for several columns on the same resamples.
 
     Parameters
     ----------
-    values : float64 (units, k)
-        At least one unit.
+    values : float64 (scenes, k)
+    scenes : sequence of Scene
+        At least one; that of each row.
     design : Design
         Its `resamples` and `seed`.
-    comparisons : int, optional
-        Each interval is at 1 - 0.05 / comparisons, so that all hold together at 0.95; default k.
+    comparisons : int
+        Each interval is at 1 - 0.05 / comparisons: so many hold together at 0.95.
     """
-    units, columns = values.shape
-    weights = resamples(units, design.resamples, design.seed)
-    means = weights @ values / units
-    tail = (1.0 - PROTOCOL.confidence) / (2 * (columns if comparisons is None else comparisons))
+    weights = resamples(tuple(scenes), design.resamples, design.seed)
+    means = weights @ values / weights.sum(axis=1, keepdims=True)
+    tail = (1.0 - PROTOCOL.confidence) / (2 * comparisons)
     lower, upper = np.quantile(means, [tail, 1.0 - tail], axis=0)
     return Intervals(values.mean(axis=0), lower, upper)
+
+
+@lru_cache(maxsize=8)
+def resamples(scenes: tuple[Scene, ...], count: int, seed: int) -> Floats:
+    """What each scene weighs in each resample, shape (count, scenes); the sum of a row is above 0.
+
+    Raises
+    ------
+    ValueError
+        Hardly any resample gives the scenes a positive weight.
+    """
+    rng = np.random.default_rng([seed, key("bootstrap"), len(scenes)])
+    kept: list[Floats] = []
+    for _ in range(8):
+        drawn = _drawn(scenes, count, rng)
+        kept.append(drawn[drawn.sum(axis=1) > 0.5])
+        if sum(map(len, kept)) >= count:
+            found = np.concatenate(kept)[:count]
+            found.flags.writeable = False
+            return found
+    raise ValueError(f"{len(scenes)} scenes: too few resamples with a positive weight")
+
+
+def _drawn(scenes: tuple[Scene, ...], count: int, rng: np.random.Generator) -> Floats:
+    """Objects with replacement; then, for each time that an object was drawn, what it consists of."""
+    objects = sorted({scene.object for scene in scenes})
+    times = rng.multinomial(len(objects), np.full(len(objects), 1.0 / len(objects)), size=count)
+    weights = np.zeros((count, len(scenes)))
+    for name, drawn in zip(objects, times.T, strict=True):
+        own = [k for k, scene in enumerate(scenes) if scene.object == name]
+        if _photographed(scenes[k] for k in own):
+            weights[:, own] = _by_photograph([scenes[k] for k in own], drawn, rng)
+        else:
+            for stratum in _strata(scenes, own):
+                weights[:, stratum] = _multiplicities(len(stratum), drawn, rng)
+    return weights
+
+
+def _strata(scenes: Sequence[Scene], own: Iterable[int]) -> list[list[int]]:
+    """Numbers of scenes by their level of obstruction."""
+    found: dict[str, list[int]] = {}
+    for k in own:
+        found.setdefault(scenes[k].level, []).append(k)
+    return list(found.values())
+
+
+def _photographed(scenes: Iterable[Scene]) -> bool:
+    return all(view.photograph is not None for scene in scenes for view in scene.views)
+
+
+def _by_photograph(scenes: Sequence[Scene], drawn: NDArray[np.int64], rng: np.random.Generator) -> Floats:
+    """First-order weights of one object's scenes, shape (resamples, scenes)."""
+    shown = [[str(view.photograph) for view in scene.views] for scene in scenes]
+    names = sorted({name for each in shown for name in each})
+    uses = np.array([[each.count(name) for name in names] for each in shown], dtype=np.float64)
+    excess = _multiplicities(len(names), drawn, rng) - drawn[:, None]
+    return np.asarray(drawn[:, None] + excess @ uses.T)
+
+
+def _multiplicities(units: int, drawn: NDArray[np.int64], rng: np.random.Generator) -> Floats:
+    """How often each unit is drawn where all are drawn `drawn` times, shape (resamples, units)."""
+    return rng.multinomial(drawn * units, np.full(units, 1.0 / units)).astype(np.float64)

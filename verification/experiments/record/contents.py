@@ -77,7 +77,7 @@ class SetData(Head):
 class ExperimentsData(TypedDict):
     """The whole file."""
 
-    format: Literal[1]
+    format: Literal[2]
     design: Plan
     sets: Annotated[list[SetData], {"minItems": 1}]
     digest: Digest

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from verification.experiments.design import SETTINGS, Design
+from verification.experiments.design import SETTINGS
 from verification.experiments.measure.baselines import BASELINES
 from verification.experiments.measure.features import MODALITIES
 from verification.experiments.measure.measured import Measured
@@ -46,10 +46,10 @@ def detail(measured: Measured) -> Detail:
     counts = range(len(measured.design.counts))
     side = range(measured.trials.grid.scores.shape[1])
     return {
-        "accuracy": _all_counted(measured.trials.settings, measured.design),
-        "explained": _all_counted(measured.explained, measured.design),
+        "accuracy": _all_counted(measured.trials.settings, measured),
+        "explained": _all_counted(measured.explained, measured),
         "baselines": {
-            name: [_scored(measured.baselines[:, b, k].mean(axis=1), measured.design) for k in counts]
+            name: [_scored(measured.baselines[:, b, k].mean(axis=1), measured) for k in counts]
             for b, name in enumerate(BASELINES)
         },
         "grid": [[_cell(measured.trials.grid, (slice(None), i, j)) for j in side] for i in side],
@@ -63,20 +63,21 @@ def detail(measured: Measured) -> Detail:
     }
 
 
-def _scored(scores: Floats, design: Design) -> Scored:
-    """Mean of one score a scene, with an interval for this mean alone."""
-    mean, lower, upper = (rounded(each[0]) for each in intervals(scores[:, None], design))
+def _scored(scores: Floats, measured: Measured) -> Scored:
+    """Mean of one score a scene, with an interval for this mean alone; bounds of a share stay within 0..1."""
+    found = intervals(scores[:, None], measured.layout.scenes, measured.design)
+    mean, lower, upper = (rounded(np.clip(each[0], 0.0, 1.0)) for each in found)
     return {"score": mean, "lower": lower, "upper": upper}
 
 
-def _all_counted(tried: Tried, design: Design) -> list[list[CountedCell]]:
+def _all_counted(tried: Tried, measured: Measured) -> list[list[CountedCell]]:
     """Of each setting and number of views."""
-    counts, settings = range(len(design.counts)), range(len(SETTINGS))
-    return [[_counted(tried, (slice(None), s, k), design) for k in counts] for s in settings]
+    counts, settings = range(len(measured.design.counts)), range(len(SETTINGS))
+    return [[_counted(tried, (slice(None), s, k), measured) for k in counts] for s in settings]
 
 
-def _counted(tried: Tried, chosen: Any, design: Design) -> CountedCell:
-    return {**_cell(tried, chosen), **_scored(tried.scores[chosen].mean(axis=1), design)}
+def _counted(tried: Tried, chosen: Any, measured: Measured) -> CountedCell:
+    return {**_cell(tried, chosen), **_scored(tried.scores[chosen].mean(axis=1), measured)}
 
 
 def _cell(tried: Tried, chosen: Any) -> Cell:
@@ -95,7 +96,7 @@ def _information(measured: Measured) -> list[Rank]:
     """Bits of the view of each rank."""
     pairs = zip(measured.weights.w, measured.information, strict=True)
     ranked = np.array([by_rank(w, bits) for w, bits in pairs])
-    found = intervals(ranked, measured.design, comparisons=1)
+    found = intervals(ranked, measured.layout.scenes, measured.design)
     columns = zip(found.mean, found.lower, found.upper, strict=True)
     return [
         rounded({"rank": rank, "mean": mean, "lower": lower, "upper": upper})

@@ -18,8 +18,8 @@ Count = Annotated[int, {"minimum": 0}]
 Positive = Annotated[int, {"minimum": 1}]
 Maybe = Annotated[float | None, {"type": ["number", "null"]}]
 Level = Annotated[str | float, {"type": ["string", "number"]}]
-Triple = Annotated[list[Count], {"minItems": len(Tally._fields), "maxItems": len(Tally._fields)}]
-"""Configurations in which a part holds, is refuted, stays open."""
+Outcomes = Annotated[list[Count], {"minItems": len(Tally._fields), "maxItems": len(Tally._fields)}]
+"""Configurations by their outcome, as `Tally` has them."""
 
 OF_SETTINGS = {"minItems": len(SETTINGS), "maxItems": len(SETTINGS)}
 OF_VIEWS = {"minItems": VIEWS, "maxItems": VIEWS}
@@ -27,6 +27,7 @@ OF_GRID = {"minItems": len(GRID), "maxItems": len(GRID)}
 OF_STUDY = {"minItems": STUDY_VIEWS, "maxItems": STUDY_VIEWS}
 OF_FACTORS = {"propertyNames": {"enum": list(FACTORS)}, "required": sorted(FACTORS)}
 SURVEYED = sorted(key for key, part in PARTS.items() if part.rule is not None)
+VERDICTS = ["reproduced", "not reproduced", "opposite found", "depends on", "inconclusive"]
 OF_CLAIMS = {"propertyNames": {"enum": SURVEYED}, "required": SURVEYED}
 
 BySetting = Annotated[list[Share], OF_SETTINGS]
@@ -48,6 +49,7 @@ class Decided(TypedDict):
     upper: Maybe
     comparison: str
     comparisons: Positive
+    above: Count
     units: Count
     left_out: Count
 
@@ -68,12 +70,10 @@ class Entry(TypedDict):
 class Counts(TypedDict):
     """All configurations for a part of a claim."""
 
-    verdict: Annotated[str, {"enum": ["supported", "refuted", "inconclusive"]}]
-    holds: Count
-    refuted: Count
-    inconclusive: Count
-    readings: Positive
-    factors: Annotated[dict[str, dict[str, Triple]], OF_FACTORS]
+    verdict: Annotated[str, {"enum": VERDICTS}]
+    counts: Outcomes
+    agreeing: Count
+    factors: Annotated[dict[str, dict[str, Outcomes]], OF_FACTORS]
 
 
 class Scored(TypedDict):

@@ -12,7 +12,7 @@ from verification.experiments.measure.numbers import rounded
 from verification.experiments.measure.trials import WRONG
 from verification.experiments.measure.weights import followed
 from verification.experiments.record.entries import Confusion, Entry, Limits, Shortest
-from verification.experiments.record.multiverse import level_name
+from verification.experiments.record.sensitivity import level_name
 
 
 def limits(measured: Measured) -> dict[str, Any]:

@@ -15,13 +15,13 @@ from verification.experiments.measure.configurations import fraction
 from verification.experiments.record.contact_sheets import read_sheets
 from verification.experiments.record.contents import PHOTOGRAPHS, ExperimentsData, SetData
 from verification.experiments.record.entries import Decided, Entry
-from verification.experiments.record.multiverse import tallies
 from verification.experiments.record.record import FORMAT
+from verification.experiments.record.sensitivity import agreeing, tallies
 from verification.experiments.record.verdicts import from_entry, rule_of
 from verification.ledger.claims import PROTOCOL
 from verification.ledger.rules import Rule
 from verification.ledger.surveys import COMMAND, DECIDING, Survey, SurveyOutcome, Tally
-from verification.ledger.verdicts import survey_verdict
+from verification.ledger.verdicts import survey_judgement
 from verification.provenance import record_digest
 
 PACKAGED = Path(__file__).with_name("record.json")
@@ -29,8 +29,6 @@ PACKAGED = Path(__file__).with_name("record.json")
 SHEETS = "sheets"
 """Folder beside a record."""
 SETS = (DECIDING, PHOTOGRAPHS)
-ROUNDING = 1e-5
-"""Relative: the record's numbers have six digits, so that a bound at the line may lie on its other side."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,16 +134,16 @@ def _surveys(pictures: SetData, data: ExperimentsData, command: str) -> Iterator
     for part, told in pictures["claims"].items():
         where = f"{part} on {pictures['name']}"
         outcomes = [_outcome(each["claims"][part], rule_of(part), where) for each in entries]
-        counts, levels = Tally.of(outcomes), tallies(entries, outcomes, factors)
+        levels, agree = tallies(entries, outcomes, factors), agreeing(entries, part)
         survey = Survey(
-            part, pictures["name"], *counts, from_entry(default["claims"][part]), levels,
+            part, pictures["name"], Tally.of(outcomes), agree, from_entry(default["claims"][part]), levels,
             data["digest"], pictures["digest"], command,
         )  # fmt: skip
-        own = Tally(told["holds"], told["refuted"], told["inconclusive"])
-        _equal(f"counts of {where}", (own, told["readings"]), (counts, counts.total), RECOUNT)
+        counted = [list(survey.tally), survey.agreeing]
+        _equal(f"counts of {where}", [told["counts"], told["agreeing"]], counted, RECOUNT)
         by_level = {name: {level: list(n) for level, n in each.items()} for name, each in levels.items()}
         _equal(f"counts by level of {where}", told["factors"], by_level, RECOUNT)
-        _equal(f"verdict of {where}", told["verdict"], survey_verdict(survey).value, RECOUNT)
+        _equal(f"verdict of {where}", told["verdict"], survey_judgement(survey).verdict.value, RECOUNT)
         yield survey
 
 
@@ -172,21 +170,21 @@ def _outcome(found: Decided, rule: Rule, where: str) -> SurveyOutcome:
     """The outcome of a configuration, which must follow from its deciding comparison."""
     _equal(f"comparisons of {where}", found["comparisons"], rule.comparisons, "The ledger fixes it.")
     outcome = SurveyOutcome(found["outcome"])
+    if not 0 <= found["above"] <= found["comparisons"]:
+        raise FileFormatError(f"above of {where}", value=found["above"], must="must be at most comparisons")
     if found["units"] == 0:
-        _equal(f"outcome of {where} without a scene", outcome, SurveyOutcome.INCONCLUSIVE, RECOUNT)
+        _equal(f"outcome of {where} without a scene", outcome, SurveyOutcome.OPEN, RECOUNT)
         return outcome
     lower, upper = found["lower"], found["upper"]
-    if lower is None or upper is None:
-        raise FileFormatError(f"bounds of {where}", value=None, must="must be numbers", remedy=RECOUNT)
-    line = rule.smallest_effect
-    near = {rule.outcome(lower, upper)}
-    if abs(upper - line) <= ROUNDING * line:
-        near |= {rule.outcome(lower, line), SurveyOutcome.REFUTED}
-    if outcome not in near or not lower <= upper:
-        told = f"{outcome} at [{lower:g}, {upper:g}]"
+    if lower is None or upper is None or not lower <= upper:
         raise FileFormatError(
-            f"outcome of {where}", value=told, must="must follow from its bounds", remedy=RECOUNT
+            f"bounds of {where}", value=(lower, upper), must="must be numbers", remedy=RECOUNT
         )
+    expected = rule.outcome(lower, upper)
+    if outcome is not expected:
+        told = f"{outcome} at [{lower:g}, {upper:g}]"
+        must = f"must follow from its bounds: {expected}"
+        raise FileFormatError(f"outcome of {where}", value=told, must=must, remedy=RECOUNT)
     return outcome
 
 

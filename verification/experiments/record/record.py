@@ -12,10 +12,10 @@ from verification.experiments.record.collection import Collection
 from verification.experiments.record.contents import ExperimentsData, Plan, SetData
 from verification.experiments.record.entries import Entry, Ranking
 from verification.experiments.record.limits import summary
-from verification.experiments.record.multiverse import survey
+from verification.experiments.record.sensitivity import survey
 from verification.provenance import machine, record_digest, versions
 
-FORMAT: Literal[1] = 1
+FORMAT: Literal[2] = 2
 NAME = "experiments.json"
 SCHEMA = Path(__file__).with_name("record.schema.json")
 

@@ -1,6 +1,6 @@
 """What one configuration says of a part of a claim, by the ledger's rule for all comparisons together."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from convexperc.errors import InputError
 from verification.experiments.design import Design
 from verification.experiments.measure.numbers import rounded
-from verification.experiments.record.bootstrap import intervals
+from verification.experiments.record.bootstrap import Intervals, intervals
 from verification.experiments.record.entries import Decided
+from verification.experiments.scenes.pictures import Scene
 from verification.ledger.claims import PARTS
-from verification.ledger.rules import Rule
+from verification.ledger.rules import Bounds, Rule
 from verification.ledger.surveys import Comparison, SurveyOutcome
 
 Floats = NDArray[np.float64]
@@ -28,12 +29,15 @@ class Comparisons:
     Attributes
     ----------
     differences : mapping of str to float64 (units,)
-        By the comparison's name; of the same units.
+        By the comparison's name.
+    scenes : sequence of Scene
+        That of each unit.
     left_out : int
-        Units for which the difference is not defined.
+        Scenes for which the difference is not defined.
     """
 
     differences: Mapping[str, Floats]
+    scenes: Sequence[Scene]
     left_out: int = 0
 
 
@@ -65,20 +69,28 @@ def judge(claim: Comparisons, rule: Rule, design: Design) -> Comparison:
     Raises
     ------
     ValueError
-        The rule fixes another number of comparisons.
+        The rule fixes another number of comparisons, or units and scenes differ in number.
     """
     names = list(claim.differences)
     if len(names) != rule.comparisons:
         raise ValueError(f"{len(names)} comparisons, the ledger fixes {rule.comparisons}")
     values = np.stack(list(claim.differences.values()), axis=1)
     units = len(values)
+    if units != len(claim.scenes):
+        raise ValueError(f"{units} units of {len(claim.scenes)} scenes")
     if units == 0:
-        return Comparison(SurveyOutcome.INCONCLUSIVE, None, None, None, names[0], 0, claim.left_out)
-    found = intervals(values, design)
-    lower, upper = found.lower.round(DIGITS).tolist(), found.upper.round(DIGITS).tolist()
-    k = rule.decisive(lower, upper)
-    outcome = rule.outcome(lower[k], upper[k])
-    return Comparison(outcome, float(found.mean[k]), lower[k], upper[k], names[k], units, claim.left_out)
+        return Comparison(SurveyOutcome.OPEN, None, None, None, names[0], 0, 0, claim.left_out)
+    found = intervals(values, claim.scenes, design)
+    joint = intervals(values, claim.scenes, design, rule.comparisons)
+    k, ((lower,), (upper,)) = rule.decide(_bounds(found), _bounds(joint))
+    above = int((found.mean.round(DIGITS) > 0.0).sum())
+    outcome = rule.outcome(lower, upper)
+    return Comparison(outcome, float(found.mean[k]), lower, upper, names[k], above, units, claim.left_out)
+
+
+def _bounds(found: Intervals) -> Bounds:
+    """Bounds as the record has them, so that they can be judged again."""
+    return Bounds(rounded(found.lower.round(DIGITS)), rounded(found.upper.round(DIGITS)))
 
 
 def entry(found: Comparison, rule: Rule) -> Decided:
@@ -86,10 +98,11 @@ def entry(found: Comparison, rule: Rule) -> Decided:
     return {
         "outcome": SurveyOutcome(found.outcome),
         "statistic": rounded(found.statistic),
-        "lower": rounded(found.lower),
-        "upper": rounded(found.upper),
+        "lower": found.lower,
+        "upper": found.upper,
         "comparison": found.name,
         "comparisons": rule.comparisons,
+        "above": found.above,
         "units": found.units,
         "left_out": found.left_out,
     }
@@ -98,4 +111,5 @@ def entry(found: Comparison, rule: Rule) -> Decided:
 def from_entry(data: Decided) -> Comparison:
     """Read back what `entry` wrote."""
     bounds = data["statistic"], data["lower"], data["upper"]
-    return Comparison(data["outcome"], *bounds, data["comparison"], data["units"], data["left_out"])
+    counts = data["above"], data["units"], data["left_out"]
+    return Comparison(data["outcome"], *bounds, data["comparison"], *counts)

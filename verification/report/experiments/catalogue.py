@@ -66,8 +66,8 @@ PLANS = (
         figures.accuracy,
         "Accuracy by the number of views",
         "Default configuration. Lines with marks are the settings (lambda2, lambda3) with 95 % intervals over"
-        " the scenes, each for itself; marks are moved sideways to be told apart. Broken gray lines are"
-        " the baselines on the same views. A tie or an undecided label scores what a fair draw among its"
+        " objects and scenes, each for itself; marks are moved sideways to be told apart. Broken gray lines"
+        " are the baselines on the same views. A tie or an undecided label scores what a fair draw among its"
         " candidates would.",
         main=True,
     ),
@@ -78,7 +78,7 @@ PLANS = (
         "Gain over lambda2 = lambda3 = 0, in all configurations",
         "Score minus that of (0, 0) on the same views, in points of a hundred. Line: median of the"
         " configurations; dark band: nine tenths of them; pale band: all. The dotted line is the smallest"
-        " effect of interest, one point: X2 needs every gain above 0.",
+        " effect of interest, one point: X2 needs every gain above 0 from two views on.",
         main=True,
     ),
     _Plan(
@@ -94,9 +94,9 @@ PLANS = (
         6.4,
         flips.flips,
         "Which configurations decide which claim",
-        "Each small bar is split by the share of the configurations with that level in which the part holds,"
-        " is refuted, or stays open. A column whose bars change from row to row depends on what the paper"
-        " leaves open.",
+        "Each small bar is split by the share of the configurations with that level in which the part is"
+        " reproduced, shows no effect, shows the opposite, or stays open. A column whose bars change from row"
+        " to row depends on what the paper leaves open.",
         main=True,
     ),
     _Plan(

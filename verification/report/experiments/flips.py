@@ -12,8 +12,15 @@ from matplotlib.path import Path
 from verification.report.drawing import COLORS, INK, QUIET
 
 Data = Mapping[str, Any]
-KINDS = (("holds", COLORS[0]), ("refuted", COLORS[1]), ("open", "#d5dbe1"))
-"""In the order in which a bar is stacked, with its colour."""
+OUTCOMES = ("reproduced", "no_effect", "opposite", "open")
+"""Counts of a part, in the order in which a bar is stacked."""
+KINDS = (
+    ("reproduced", COLORS[0]),
+    ("no effect", "#e3c567"),
+    ("opposite", COLORS[1]),
+    ("open", "#d5dbe1"),
+)
+"""The same in words, with their colours."""
 FACTORS = {
     "lambda1": "lambda1",
     "normalisation": "normalisation",
@@ -66,7 +73,7 @@ def factors(design: Data) -> list[tuple[str, list[Any]]]:
 
 def _rows(claims: Data, design: Data) -> list[tuple[float, str, dict[str, Any]]]:
     """Place, name and counts by part: first all configurations, then the levels, a gap before each factor."""
-    total = {key: [each["holds"], each["refuted"], each["inconclusive"]] for key, each in claims.items()}
+    total = {key: [each[name] for name in OUTCOMES] for key, each in claims.items()}
     rows, place = [(0.0, "all configurations", total)], 0.0
     for factor, levels in factors(design):
         place += GAP

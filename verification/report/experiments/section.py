@@ -20,15 +20,17 @@ CAPTIONS = {
 }
 """By the beginning of a sheet's name."""
 RULES = (
+    ("What had been seen", PROTOCOL.seen),
     ("Trials", PROTOCOL.trials),
     ("Score", PROTOCOL.score),
     ("Unit", PROTOCOL.unit),
     ("Interval", PROTOCOL.interval),
-    ("Refuted in a configuration", PROTOCOL.refuted),
-    ("Holds in a configuration", PROTOCOL.holds),
-    ("Open in a configuration", PROTOCOL.inconclusive),
+    ("Reproduced", PROTOCOL.reproduced),
+    ("Opposite", PROTOCOL.opposite),
+    ("No effect", PROTOCOL.no_effect),
+    ("Open", PROTOCOL.open),
     ("Configurations", PROTOCOL.configurations),
-    ("Verdict", PROTOCOL.multiverse),
+    ("Verdict", PROTOCOL.sensitivity),
 )
 
 
@@ -70,7 +72,7 @@ def _blocks(found: Data, sheets: Mapping[str, bytes], whole: bool) -> Iterator[B
     yield tables.verdicts(sets)
     for pictures in sets:
         yield tables.deciding(pictures)
-    yield Heading("Rules, fixed before the results were seen")
+    yield Heading("Rules, and what had been seen when they were written")
     yield Listing(tuple((name, _sentence(text)) for name, text in RULES))
     for pictures in sets:
         yield from _of_set(pictures, design, sheets, whole)

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from verification.experiments.design import NOTHING
 from verification.experiments.record.reading import Experiments
 from verification.ledger.claims import PARTS
-from verification.ledger.surveys import DECIDING, Survey, SurveyOutcome
+from verification.ledger.surveys import DECIDING, Spread, Survey
 from verification.report.contents import SurveyCounts
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
@@ -55,7 +55,7 @@ def in_order(sets: list[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 def _set(pictures: Mapping[str, Any], found: Experiments) -> dict[str, Any]:
     own = {each.part: each for each in found.surveys if each.pictures == pictures["name"]}
     claims = {
-        key: asdict(SurveyCounts.of(own[key])) | {"levels": own[key].levels, "extremes": _extremes(own[key])}
+        key: asdict(SurveyCounts.of(own[key])) | {"levels": own[key].levels, "spread": _spread(own[key])}
         for key in PARTS
         if key in own
     }
@@ -87,22 +87,10 @@ def _best(accuracy: Float[np.ndarray, "readings settings counts"]) -> list[int]:
     return [int(count) for count in first[first.sum(axis=1) == 1].sum(axis=0)]
 
 
-def _extremes(survey: Survey) -> dict[str, Any]:
-    """The levels with the largest and the smallest share of configurations in which the part holds."""
-    shares: list[dict[str, Any]] = [
-        {
-            "factor": factor,
-            "level": level,
-            "holds": counts[0],
-            "refuted": counts[1],
-            "readings": sum(counts),
-        }
-        for factor, by_level in survey.levels.items()
-        for level, counts in by_level.items()
-        if sum(counts)
-    ]
-    ranked = sorted(shares, key=lambda each: (each["holds"] - each["refuted"]) / each["readings"])
-    return {"most": ranked[-1], "least": ranked[0]}
+def _spread(survey: Survey) -> str:
+    """The factor whose levels differ most in the share that reproduces the part."""
+    found = Spread.widest(survey.levels)
+    return f"{found.factor}: {found.told}" if found is not None and found.size else "no level differs"
 
 
 def _case(case: Mapping[str, Any]) -> dict[str, Any]:
@@ -124,8 +112,3 @@ def _case(case: Mapping[str, Any]) -> dict[str, Any]:
 
 def _short(value: float) -> float:
     return float(f"{value:.4g}")
-
-
-def outcome_in_words(outcome: str) -> str:
-    """An outcome of a configuration, as the report calls it."""
-    return "open" if outcome == SurveyOutcome.INCONCLUSIVE else outcome

@@ -5,8 +5,7 @@ from typing import Any
 
 from verification.ledger.surveys import DECIDING
 from verification.report.experiments.blocks import Table
-from verification.report.experiments.flips import FACTORS
-from verification.report.experiments.summary import outcome_in_words
+from verification.report.experiments.flips import FACTORS, OUTCOMES
 
 Data = Mapping[str, Any]
 
@@ -20,35 +19,32 @@ def verdicts(sets: Sequence[Data]) -> Table:
                 found = each["claims"][key]
                 told = found["default"]
                 numbers = [number(told[name]) for name in ("statistic", "lower", "upper")]
-                counts = [str(found[name]) for name in ("holds", "refuted", "inconclusive")]
+                counts = [str(found[name]) for name in (*OUTCOMES, "agreeing")]
                 words = (short(key), each["name"], found["verdict"])
-                rows.append(
-                    (*words, *counts, outcome_in_words(told["outcome"]), *numbers, str(told["units"]))
-                )
+                rows.append((*words, *counts, told["outcome"], *numbers, str(told["units"])))
     configurations = max(each["readings"] for each in sets)
     title = (
-        f"Verdicts, over {configurations} configurations: in how many a part holds, is refuted, stays open;"
-        " then what the default configuration says, with the statistic and the joint interval of the"
-        f" comparison that decides it. The verdict of a claim comes from the {DECIDING}"
+        f"Verdicts of the sensitivity analysis over {configurations} configurations: in how many a part is"
+        " reproduced, shows no effect, shows the opposite, stays open; in how many every mean lies on the"
+        " claim's side, whatever its interval; then what the default configuration says, with the statistic"
+        f" and interval of the comparison that decides it. The verdict of a claim comes from the {DECIDING}"
     )
-    head = ("part", "pictures", "verdict", "holds", "refuted", "open", "default outcome")
-    return Table(title, (*head, "statistic", "lower", "upper", "scenes"), tuple(rows), words=(0, 1, 2, 6))
+    counted = ("reproduced", "no effect", "opposite", "open", "means agree")
+    head = ("part", "pictures", "verdict", *counted, "default outcome", "statistic", "lower", "upper")
+    return Table(title, (*head, "scenes"), tuple(rows), words=(0, 1, 2, 8))
 
 
 def deciding(pictures: Data) -> Table:
-    """The comparison that decides each part in the default configuration, and the levels that matter most."""
-    rows = []
-    for key, found in pictures["claims"].items():
-        most, least = found["extremes"]["most"], found["extremes"]["least"]
-        same = _balance(most) == _balance(least)
-        levels = ("no level differs", "") if same else (_level(most), _level(least))
-        rows.append((short(key), found["default"]["name"], *levels))
-    title = (
-        f"{name_of(pictures)}: the comparison that decides the default configuration; and the level of one"
-        " factor with which a part does best and worst, with its configurations"
+    """The comparison that decides each part by default, and the factor that matters most."""
+    rows = tuple(
+        (short(key), found["default"]["name"], found["spread"]) for key, found in pictures["claims"].items()
     )
-    head = ("part", "deciding comparison", "best with", "worst with")
-    return Table(title, head, tuple(rows), words=(0, 1, 2, 3), folded=pictures["name"] != DECIDING)
+    title = (
+        f"{name_of(pictures)}: the comparison that decides the default configuration; and the factor whose"
+        " levels differ most in the share of configurations that reproduce a part"
+    )
+    head = ("part", "deciding comparison", "widest factor")
+    return Table(title, head, rows, words=(0, 1, 2), folded=pictures["name"] != DECIDING)
 
 
 def scores(pictures: Data, design: Data) -> Table:
@@ -166,12 +162,3 @@ def percent(value: float) -> str:
 def number(value: float | None) -> str:
     """Three decimals; "-" for none."""
     return "-" if value is None else f"{value:.3f}"
-
-
-def _level(found: Data) -> str:
-    counts = f"holds in {found['holds']}, refuted in {found['refuted']} of {found['readings']}"
-    return f"{FACTORS.get(found['factor'], found['factor'])} {found['level']}: {counts}"
-
-
-def _balance(found: Data) -> float:
-    return float(found["holds"] - found["refuted"]) / float(found["readings"])

@@ -1,9 +1,10 @@
-"""All configurations together: how many say what of a part of a claim, in all and by level of each factor."""
+"""The sensitivity analysis: how many configurations say what of a part of a claim, in all and by level."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from verification.experiments.record.entries import Counts, Entry
+from verification.experiments.record.verdicts import rule_of
 from verification.ledger.claims import PROTOCOL
 from verification.ledger.surveys import SurveyOutcome, Tally
 
@@ -43,16 +44,31 @@ def tallies(
 def survey(entries: Sequence[Entry], part: str, factors: Mapping[str, Sequence[Any]]) -> Counts:
     """The record's counts of a part of a claim, with the verdict of the ledger's rule."""
     outcomes = [SurveyOutcome(each["claims"][part]["outcome"]) for each in entries]
-    counts = Tally.of(outcomes)
+    counts, rule = Tally.of(outcomes), rule_of(part)
     by_level = tallies(entries, outcomes, factors)
     return {
-        "verdict": PROTOCOL.verdict(counts).value,
-        "readings": counts.total,
+        "verdict": PROTOCOL.verdict(counts, figure=rule.figure).value,
+        "counts": list(counts),
+        "agreeing": agreeing(entries, part),
         "factors": {name: {level: list(n) for level, n in each.items()} for name, each in by_level.items()},
-        "holds": counts.holds,
-        "refuted": counts.refuted,
-        "inconclusive": counts.inconclusive,
     }
+
+
+def agreeing(entries: Sequence[Entry], part: str) -> int:
+    """In how many configurations every mean is on the claim's side of 0, whatever its interval."""
+    decided = (each["claims"][part] for each in entries)
+    return sum(each["above"] == each["comparisons"] for each in decided)
+
+
+def vacuous(accuracy: Sequence[Sequence[float]]) -> bool:
+    """Whether no setting can be told from another: equal accuracies at every n >= 2.
+
+    Parameters
+    ----------
+    accuracy : sequence of sequence of float
+        By setting, then number of views from 1 on.
+    """
+    return all(row[1:] == accuracy[0][1:] for row in accuracy)
 
 
 def level_name(level: object) -> str:
