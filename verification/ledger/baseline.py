@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import Literal
 
 from convexperc.errors import FileFormatError
-from verification.ledger.claims import CLAIMS, PARTS, Role
+from verification.ledger.claims import CLAIMS, PARTS, Role, Voice
 from verification.ledger.evidence import Evidence, Judgement, Verdict, summed
 from verification.ledger.verdicts import is_selected, judge_all
 
 SCHEMA = "convexperc/baseline/1"
 BASELINE = Path(__file__).with_name("baseline.json")
-PROMISES = "B"
-"""The ids of the library's own promises start with this."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +172,7 @@ def assess(
 def _failed_promises(evidence: Evidence) -> tuple[str, ...]:
     lines = []
     for key, part in PARTS.items():
-        if not part.claim.startswith(PROMISES):
+        if CLAIMS[part.claim].voice is not Voice.PROMISE:
             continue
         count = summed(evidence.counts, key)
         if count.failed:

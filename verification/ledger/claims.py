@@ -32,6 +32,29 @@ class Subject(StrEnum):
     LIBRARY = "this library"
 
 
+class Voice(StrEnum):
+    """Who says what a claim states."""
+
+    PAPER = "paper"
+    QUESTION = "question"
+    PROMISE = "promise"
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What several refuted claims have in common.
+
+    Attributes
+    ----------
+    id : str
+    name, statement : str
+    """
+
+    id: str
+    name: str
+    statement: str
+
+
 @dataclass(frozen=True)
 class Part:
     """One formal interpretation of a claim.
@@ -72,7 +95,9 @@ class Claim:
     ----------
     id : str
     place : str
-        Where in the paper; "ours" for claims of this project.
+        Where in the paper; "ours" for what it does not speak of.
+    voice : Voice
+        ``paper``: it says so; ``question``: we ask whether it is so; ``promise``: this library says so.
     subject : Subject
     statement : str
         In our words.
@@ -81,15 +106,19 @@ class Claim:
     parts : tuple of Part
     repaired_by : tuple of str
         Keys of parts of other claims that correct it, besides its own repairs.
+    causes : tuple of str
+        Ids of `CAUSES`: why it is refuted.
     """
 
     id: str
     place: str
+    voice: Voice
     subject: Subject
     statement: str
     method: str
     parts: tuple[Part, ...]
     repaired_by: tuple[str, ...] = ()
+    causes: tuple[str, ...] = ()
 
     @property
     def surveyed(self) -> bool:
@@ -107,9 +136,9 @@ def _claim(data: dict[str, Any]) -> Claim:
     parts = [_part(data["id"], each) for each in data.pop("part", [])]
     if "by_reading" in data:
         parts += _by_reading(data["id"], data.pop("by_reading"))
-    repaired_by = tuple(data.get("repaired_by", ()))
-    named = {"subject": Subject(data["subject"]), "parts": tuple(parts), "repaired_by": repaired_by}
-    return Claim(**data | named)
+    lists = {name: tuple(data.get(name, ())) for name in ("repaired_by", "causes")}
+    kinds = {"subject": Subject(data["subject"]), "voice": Voice(data["voice"])}
+    return Claim(**data | kinds | lists | {"parts": tuple(parts)})
 
 
 def _part(claim: str, data: dict[str, Any]) -> Part:
@@ -139,5 +168,6 @@ _LEDGER: dict[str, Any] = tomllib.loads(
 )
 CLAIMS: dict[str, Claim] = {data["id"]: _claim(data) for data in _LEDGER["claim"]}
 PARTS: dict[str, Part] = {part.key: part for claim in CLAIMS.values() for part in claim.parts}
+CAUSES: dict[str, Cause] = {data["id"]: Cause(**data) for data in _LEDGER["cause"]}
 PROTOCOL = Protocol(**_LEDGER["protocol"])
 """How the claims about the experiments are judged."""

@@ -14,13 +14,14 @@ from verification.proofs import (
     descent,
     formulation,
     limit,
+    one_view,
     rate,
     smooth,
     systems,
     zeros,
 )
 
-TOPICS = (formulation, zeros, derivation, descent, limit, rate, smooth, systems)
+TOPICS = (formulation, zeros, derivation, descent, limit, rate, smooth, systems, one_view)
 
 
 def all_arguments() -> tuple[Argument, ...]:

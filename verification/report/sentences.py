@@ -3,15 +3,18 @@
 from collections.abc import Iterable, Sequence, Sized
 from typing import NamedTuple
 
-from verification.ledger.claims import Role
+from verification.ledger.claims import Role, Voice
 from verification.ledger.evidence import Outcome, Refutation, Verdict
 from verification.ledger.verdicts import case_word
 from verification.problems.families import FAMILIES
 from verification.report import words
 from verification.report.contents import Cases, JudgedClaim, JudgedPart, Report
 
-OURS = "ours"
-"""Place of a claim that is not the paper's."""
+VOICES = {
+    Voice.PAPER: "the paper's claims",
+    Voice.QUESTION: "our questions",
+    Voice.PROMISE: "this library's promises",
+}
 CASES = tuple(outcome.value for outcome in Outcome)
 CAPPED = 1e300
 """Measures end here; a share of F* = 0 is not a number."""
@@ -38,12 +41,11 @@ def outcome(report: Report) -> str:
 
 
 def headline(report: Report) -> str:
-    """How many claims have which verdict, those of the paper and ours apart."""
-    ours = [claim for claim in report.claims if claim.place == OURS]
-    papers = [claim for claim in report.claims if claim.place != OURS]
+    """How many claims have which verdict, by who says so."""
     told = [f"{many(report.claims, 'claim')} in {many(report.parts, 'formal part')}."]
-    told += [f"Of the paper's {len(papers)}: {_counted(papers)}."] if papers else []
-    told += [f"Of our own {len(ours)}: {_counted(ours)}."] if ours else []
+    for voice, name in VOICES.items():
+        claims = [claim for claim in report.claims if claim.voice is voice]
+        told += [f"Of {name} ({len(claims)}): {_counted(claims)}."] if claims else []
     return " ".join(told)
 
 
