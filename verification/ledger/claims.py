@@ -48,11 +48,21 @@ class Cause:
     ----------
     id : str
     name, statement : str
+    printed, corrected : str
+        A formula or phrase as the paper has it, and as it is true.
+    example : str
+        Id of a counterexample that shows it.
+    statements : tuple of str
+        Keys of the parts that are true instead.
     """
 
     id: str
     name: str
     statement: str
+    printed: str
+    corrected: str
+    example: str
+    statements: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -168,6 +178,8 @@ _LEDGER: dict[str, Any] = tomllib.loads(
 )
 CLAIMS: dict[str, Claim] = {data["id"]: _claim(data) for data in _LEDGER["claim"]}
 PARTS: dict[str, Part] = {part.key: part for claim in CLAIMS.values() for part in claim.parts}
-CAUSES: dict[str, Cause] = {data["id"]: Cause(**data) for data in _LEDGER["cause"]}
+CAUSES: dict[str, Cause] = {
+    data["id"]: Cause(**data | {"statements": tuple(data["statements"])}) for data in _LEDGER["cause"]
+}
 PROTOCOL = Protocol(**_LEDGER["protocol"])
 """How the claims about the experiments are judged."""

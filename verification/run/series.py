@@ -27,14 +27,14 @@ FLOOR = 1e-17
 
 
 def counterexample() -> dict[str, Any]:
-    """F by iteration for each update variant where the printed update climbs from 4 to 9 and F* is 1."""
-    problem = Problem([[1.0]], [-1.0], lambda1=1.0, lambda2=4.0, lambda3=0.0)
+    """F by iteration for each update variant on the smallest counterexample, `rise-printed-gauss-seidel`."""
+    problem = Problem([[1.0]], [-1.0], lambda1=1.0, lambda2=1.0, lambda3=0.0)
     proof = solve(problem).certificate
     runs = {
         variant: run(problem, variant=variant, max_iterations=SHOWN, tolerance=0.0).F.tolist()
         for variant in READINGS
     }
-    title = "n = d = 1, X = 1, o = -1, lambda1 = 1, lambda2 = 4, lambda3 = 0"
+    title = "n = d = 1, X = 1, o = -1, lambda1 = 1, lambda2 = 1, lambda3 = 0"
     return {"title": title, "F_star": [proof.lower, proof.upper], "runs": runs}
 
 

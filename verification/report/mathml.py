@@ -1,0 +1,241 @@
+"""Formulas of the plain notation as MathML: "lambda1 ||Xu - w||^2 >= 0" within a sentence, and the words as they are.
+
+A sentence is cut into tokens; a recursive descent finds the longest formulas among them. What does not parse stays
+text, and a sentence in which a sign of mathematics would stay text is not converted at all: then it is shown as
+it is written. The text of every formula, without the marks ^ and _, is that of the plain notation.
+"""
+
+import re
+from dataclasses import dataclass
+
+from markupsafe import Markup, escape
+
+GREEK = {"lambda": "λ", "lambda1": "λ1", "lambda2": "λ2", "lambda3": "λ3", "eps": "ε", "phi": "φ"}
+LETTERS = frozenset("ABDFLQXZbcdeghijkmnopqrtuvwxyz")
+"""Single letters that are symbols wherever they stand; a, A and I are words unless a sign makes them symbols."""
+AMBIGUOUS = frozenset({"a", "A", "I", "s", "O"})
+POINTS = frozenset({"z"})
+"""Letters whose ' marks another point, and no transpose."""
+TOGETHER = {name: tuple(name) for name in ("Xu", "Xo", "XX", "dw", "du", "dF")}
+"""Symbols that the notation writes without a blank."""
+NAMES = frozenset({"acc", "argmin", "blockdiag", "diag", "inf", "log10", "max", "min", "sqrt", "sum"})
+SIGNS = {
+    "<=": "≤", ">=": "≥", "!=": "≠", "->": "→", "<": "<", ">": ">", "=": "=", "+": "+", "-": "−", "/": "/", "..": "..",
+}  # fmt: skip
+RELATIONS = ("<", "<=", ">", ">=")
+CLOSED_BY = {"(": ")", "[": "]"}
+TOKEN = re.compile(
+    r"\s+|`[^`]*`|\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![A-Za-z])|\d+|'s(?![A-Za-z])|lambda[123]?(?![A-Za-z0-9])"
+    r"|[A-Za-z]{3,}(?:_[a-z]{2,})+|[A-Za-z][A-Za-z0-9]*(?:-[A-Za-z0-9]+)*|<=|>=|!=|->|\.\.|\|\||."
+)
+LEFT_OVER = re.compile(r"[\^|<>=]|->|(?<![A-Za-z]{3})_|\blambda(?!s\b)|\b(sqrt|diag|blockdiag)\b")
+"""Signs of mathematics: a sentence with one of them in its text was not understood."""
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A formula that ends before token `end`; `bare` if it is a number or a symbol by itself that may be a word."""
+
+    xml: str
+    end: int
+    bare: bool = False
+
+
+def set_formulas(text: object) -> Markup:
+    """Set the formulas of a sentence.
+
+    Returns
+    -------
+    Markup
+        The sentence with `<math>` for its formulas and `<code>` for what stands between backticks, or in a span of
+        class math if it was not understood.
+    """
+    tokens = list(_tokens(str(text)))
+    made, words, at = "", "", 0
+    while at < len(tokens):
+        found = _Parser(tokens).formula(at)
+        if tokens[at][0] == "`" and len(tokens[at]) > 1:
+            made += f"<code>{escape(tokens[at][1:-1])}</code>"
+            at += 1
+        elif found is None or found.bare:
+            end = found.end if found is not None else at + 1
+            words += " " + "".join(tokens[at:end])
+            made += str(escape("".join(tokens[at:end])))
+            at = end
+        else:
+            made += f"<math>{found.xml}</math>"
+            words += " "
+            at = found.end
+    return Markup(f'<span class="math">{escape(text)}</span>' if LEFT_OVER.search(words) else made)
+
+
+def _tokens(text: str) -> list[str]:
+    """Cut a sentence; symbols with hyphens between them, as in Xu-w, are several tokens."""
+    tokens, at = [], 0
+    while at < len(text):
+        token = TOKEN.match(text, at)[0]  # type: ignore[index]  # the last alternative takes any sign
+        first, _, rest = token.partition("-")
+        if rest and token[0].isalpha() and all(_is_symbol(each) for each in token.split("-")):
+            token = first
+        tokens.append(token)
+        at += len(token)
+    return tokens
+
+
+def _is_symbol(word: str) -> bool:
+    return word in GREEK or word in TOGETHER or word in LETTERS or word in AMBIGUOUS
+
+
+class _Parser:
+    """Recursive descent over tokens; each method returns what it found from a token on, or None."""
+
+    def __init__(self, tokens: list[str]) -> None:
+        self.tokens = tokens
+
+    def at(self, place: int) -> str:
+        return self.tokens[place] if place < len(self.tokens) else ""
+
+    def skip(self, place: int) -> int:
+        """Over blanks."""
+        while self.at(place).isspace():
+            place += 1
+        return place
+
+    def formula(self, start: int) -> _Found | None:
+        """Products joined by signs; a sign in front as well."""
+        sign, place = "", start
+        if self.at(start) in RELATIONS:
+            sign, place = f"<mo>{escape(SIGNS[self.at(start)])}</mo> ", self.skip(start + 1)
+        elif self.at(start) in ("-", "+") and not self.at(start + 1).isspace():
+            sign, place = f"<mo>{SIGNS[self.at(start)]}</mo>", start + 1
+        first = self.product(place)
+        if first is None:
+            return None
+        xml, end, bare = sign + first.xml, first.end, first.bare and not sign
+        while (sign := self.at(self.skip(end))) in SIGNS and not self._is_prefix(end):
+            after = self.formula(self.skip(self.skip(end) + 1))
+            if after is None:
+                break
+            xml, end, bare = f"{xml} <mo>{escape(SIGNS[sign])}</mo> {after.xml}", after.end, False
+        return _Found(xml, end, bare)
+
+    def _is_prefix(self, end: int) -> bool:
+        """Whether the sign after a blank belongs to the next entry, as in [1 -3]."""
+        place = self.skip(end)
+        return place > end and self.at(place) in ("-", "+") and not self.at(place + 1).isspace()
+
+    def product(self, start: int) -> _Found | None:
+        """Factors beside one another: 2 a b, lambda1 ||Xu - w||^2, F(w, u)."""
+        first = self.factor(start)
+        if first is None:
+            return None
+        xml, end, bare = first.xml, first.end, first.bare
+        while True:
+            place = self.skip(end)
+            blank = place > end
+            if self.at(place)[:1].isdigit() or (blank and self._is_word(place)):
+                break
+            after = self.factor(place)
+            if after is None or (blank and bare and after.bare):
+                break
+            gap = " <mspace width='0.17em'/>" if blank else ""
+            xml, end, bare = xml + gap + after.xml, after.end, False
+        return _Found(xml, end, bare)
+
+    def _is_word(self, place: int) -> bool:
+        """Whether the letter after a blank is a word: "F falls by a step", and no factor as in lambda1 I + B."""
+        after = self.at(self.skip(place + 1))
+        return self.at(place) in AMBIGUOUS and not (after in SIGNS or after in ("^", "_", "'", ")", "]", "|", "||"))
+
+    def factor(self, start: int) -> _Found | None:
+        """An atom with its marks: ', *, ^ and _."""
+        found = self.atom(start)
+        if found is None:
+            return None
+        xml, end, bare = found.xml, found.end, found.bare
+        symbol = self.at(start).isalpha() or self.at(start) in GREEK or self.at(start) in ("(", "[", "|", "||")
+        while end < len(self.tokens):
+            mark = self.at(end)
+            if mark == "'" and symbol:
+                raised = "′" if self.at(start) in POINTS else "⊤"
+                xml, end = f"<msup><mrow>{xml}</mrow><mo>{raised}</mo></msup>", end + 1
+            elif mark == "*" and symbol and not self.at(end + 1)[:1].isdigit():
+                xml, end = f"<msup><mrow>{xml}</mrow><mo>*</mo></msup>", end + 1
+            elif mark in ("^", "_") and (script := self.script(end + 1)) is not None:
+                kind = "msup" if mark == "^" else "msub"
+                xml, end = f"<{kind}><mrow>{xml}</mrow><mrow>{script.xml}</mrow></{kind}>", script.end
+            else:
+                break
+            bare = False
+        return _Found(xml, end, bare)
+
+    def script(self, start: int) -> _Found | None:
+        """What stands after ^ or _: a number with a sign, a name, a group."""
+        if self.at(start) == "-" and self.at(start + 1)[:1].isdigit():
+            return _Found(f"<mo>−</mo><mn>{self.at(start + 1)}</mn>", start + 2)
+        if self.at(start) in CLOSED_BY:
+            return self.group(start)
+        word = self.at(start)
+        if word in GREEK or word[:1].isdigit():
+            return self.atom(start)
+        if word.isalpha() and len(word) == 1:
+            return _Found(f"<mi>{word}</mi>", start + 1)
+        if word.isalpha() and word.islower():
+            return _Found(f"<mtext>{word}</mtext>", start + 1)
+        return None
+
+    def atom(self, start: int) -> _Found | None:
+        """A number, a symbol, a group, an absolute value or a norm."""
+        token = self.at(start)
+        if token in CLOSED_BY:
+            return self.group(start)
+        if token in ("|", "||"):
+            return self.fenced(start)
+        if token[:1].isdigit():
+            return _Found(f"<mn>{token}</mn>", start + 1, bare=True)
+        if token in GREEK:
+            greek, digit = GREEK[token][0], GREEK[token][1:]
+            symbol = f"<mi>{greek}</mi>"
+            return _Found(f"<msub>{symbol}<mn>{digit}</mn></msub>" if digit else symbol, start + 1)
+        if token in TOGETHER:
+            return _Found("".join(f"<mi>{letter}</mi>" for letter in TOGETHER[token]), start + 1)
+        if token in NAMES:
+            return self.named(start)
+        if token in LETTERS or token in AMBIGUOUS:
+            return _Found(f"<mi>{token}</mi>", start + 1, bare=token in AMBIGUOUS)
+        return None
+
+    def named(self, start: int) -> _Found | None:
+        """A name such as max, where something follows that it applies to."""
+        name, after = self.at(start), self.at(start + 1)
+        sign = {"sum": "<mo largeop='false'>∑</mo>", "sqrt": "<mo>√</mo>"}.get(name, f"<mi>{name}</mi>")
+        applied = after in ("(", "_") or (name != "acc" and self.factor(self.skip(start + 1)) is not None)
+        return _Found(sign, start + 1) if applied else None
+
+    def fenced(self, start: int) -> _Found | None:
+        """What stands between two bars or two double bars."""
+        bar = self.at(start)
+        inner = self.formula(self.skip(start + 1))
+        if inner is None or self.at(self.skip(inner.end)) != bar:
+            return None
+        sign = f"<mo stretchy='false'>{'‖' if bar == '||' else '|'}</mo>"
+        return _Found(f"<mrow>{sign}{inner.xml}{sign}</mrow>", self.skip(inner.end) + 1)
+
+    def group(self, start: int) -> _Found | None:
+        """Formulas in brackets, with commas, semicolons or blanks between them."""
+        closing, xml, place, bare = CLOSED_BY[self.at(start)], "", start + 1, True
+        while True:
+            inner = self.formula(self.skip(place))
+            if inner is None:
+                return None
+            xml, place, bare = xml + inner.xml, self.skip(inner.end), bare and inner.bare
+            token = self.at(place)
+            if token == closing:
+                fence = f"<mo stretchy='false'>{self.at(start)}</mo>{xml}<mo stretchy='false'>{closing}</mo>"
+                return _Found(f"<mrow>{fence}</mrow>", place + 1, bare)
+            if token in (",", ";"):
+                xml, place = f"{xml}<mo separator='true'>{token}</mo> ", place + 1
+            elif place > inner.end:
+                xml += "<mspace width='0.4em'/> "
+            else:
+                return None
