@@ -7,7 +7,7 @@ from typing import Any
 
 from convexperc.errors import InputError
 from verification.ledger.baseline import Judged
-from verification.ledger.claims import CLAIMS, Claim, Part, Subject
+from verification.ledger.claims import CLAIMS, Claim, Part, Voice
 from verification.ledger.evidence import Verdict
 from verification.ledger.verdicts import corrected_statements
 from verification.report.contents import (
@@ -16,8 +16,8 @@ from verification.report.contents import (
     JudgedClaim,
     JudgedPart,
     Report,
-    SubjectCounts,
     SurveyCounts,
+    VoiceCounts,
 )
 
 
@@ -44,7 +44,9 @@ def build(run: Judged, records: Mapping[str, bytes], experiments: dict[str, Any]
     return Report(
         outcome=run.assessment,
         settings=evidence.settings,
-        summary=tuple(_summary(subject, judged, run) for subject in dict.fromkeys(c.subject for c in judged)),
+        summary=tuple(
+            _summary(voice, judged, run) for voice in Voice if any(c.voice is voice for c in judged)
+        ),
         claims=tuple(_claim(claim, run) for claim in judged),
         unjudged=tuple(key for key in CLAIMS if key not in run.judgements),
         missing=tuple(evidence.missing),
@@ -55,9 +57,9 @@ def build(run: Judged, records: Mapping[str, bytes], experiments: dict[str, Any]
     )
 
 
-def _summary(subject: Subject, judged: list[Claim], run: Judged) -> SubjectCounts:
-    found = Counter(run.judgements[claim.id].verdict for claim in judged if claim.subject is subject)
-    return SubjectCounts(subject, found.total(), {verdict: found[verdict] for verdict in Verdict})
+def _summary(voice: Voice, judged: list[Claim], run: Judged) -> VoiceCounts:
+    found = Counter(run.judgements[claim.id].verdict for claim in judged if claim.voice is voice)
+    return VoiceCounts(voice, found.total(), {verdict: found[verdict] for verdict in Verdict})
 
 
 def _claim(claim: Claim, run: Judged) -> JudgedClaim:

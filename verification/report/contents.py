@@ -10,14 +10,14 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Final, Literal
 
 from verification.ledger.baseline import Assessment
-from verification.ledger.claims import Claim, Part, Subject
+from verification.ledger.claims import Claim, Part, Voice
 from verification.ledger.evidence import Argument, Count, Refutation, Verdict
 from verification.ledger.surveys import DECIDING, Comparison, Survey, Tally
 from verification.ledger.verdicts import survey_judgement
 from verification.provenance import record_digest
 from verification.report.plain import plain
 
-SCHEMA: Final = "convexperc/report/2"
+SCHEMA: Final = "convexperc/report/3"
 NEEDED = ("command", "profile", "seed", "versions")
 """Settings without which nobody could repeat the run."""
 Sha256 = Annotated[str, {"pattern": "^[0-9a-f]{64}$"}]
@@ -157,10 +157,10 @@ class JudgedClaim(Claim):
 
 
 @dataclass(frozen=True)
-class SubjectCounts:
-    """How many of the judged claims about a subject have which verdict."""
+class VoiceCounts:
+    """How many of the judged claims have which verdict, by who states them."""
 
-    subject: Subject
+    voice: Voice
     claims: Whole
     verdicts: dict[Verdict, Whole]
 
@@ -176,7 +176,7 @@ class Report:
         Exit code and the findings behind it.
     settings : dict
         All that the outcome depends on.
-    summary : tuple of SubjectCounts
+    summary : tuple of VoiceCounts
     claims : tuple of JudgedClaim
     unjudged : tuple of str
         Ids of the claims that the run was not about.
@@ -195,10 +195,10 @@ class Report:
         The machine, the date, times: what may differ between two runs of one seed.
     """
 
-    schema: Literal["convexperc/report/2"] = SCHEMA
+    schema: Literal["convexperc/report/3"] = SCHEMA
     outcome: Assessment
     settings: Annotated[dict[str, Any], SETTINGS]
-    summary: tuple[SubjectCounts, ...]
+    summary: tuple[VoiceCounts, ...]
     claims: Annotated[tuple[JudgedClaim, ...], {"minItems": 1}]
     unjudged: tuple[str, ...]
     missing: tuple[str, ...]

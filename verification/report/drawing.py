@@ -76,13 +76,18 @@ def line(at: int) -> dict[str, Any]:
     return {"color": COLORS[at % 6], "linestyle": DASHES[at % 6], "linewidth": 1.5}
 
 
-def finish(axes: Axes, x: str, y: str) -> None:
-    """Titles of the axes, a quiet grid, the legend above."""
+def frame(axes: Axes, x: str, y: str) -> None:
+    """Titles of the axes, a quiet grid."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.grid(color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
+
+
+def finish(axes: Axes, x: str, y: str) -> None:
+    """The same, and the legend above."""
+    frame(axes, x, y)
     axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, borderaxespad=0.2, handlelength=3.2
     )

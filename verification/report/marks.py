@@ -6,7 +6,11 @@ from collections.abc import Iterable, Iterator
 
 def prose(text: object) -> str:
     """Text in one line whose signs mean nothing to Markdown or HTML."""
-    line = " ".join(str(text).split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return _escaped(" ".join(str(text).split()))
+
+
+def _escaped(line: str) -> str:
+    line = line.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"([\\`*_{}\[\]|#~])", r"\\\1", line)
 
 
@@ -16,6 +20,12 @@ def code(text: object) -> str:
     fence = "`" * (1 + max([len(run) for run in re.findall("`+", line)], default=0))
     blank = " " if "`" in line else ""
     return f"{fence}{blank}{line}{blank}{fence}" if line else ""
+
+
+def marked(text: object) -> str:
+    """Prose in which what stands between single backticks is code."""
+    pieces = re.split(r"`([^`]*)`", " ".join(str(text).split()))
+    return "".join(code(piece) if at % 2 else _escaped(piece) for at, piece in enumerate(pieces))
 
 
 def table(head: Iterable[object], rows: Iterable[Iterable[object]]) -> Iterator[str]:

@@ -1,8 +1,8 @@
-"""Formulas of the plain notation as MathML: "lambda1 ||Xu - w||^2 >= 0" within a sentence, and the words as they are.
+"""Formulas of the plain notation as MathML: "lambda1 ||Xu - w||^2 >= 0" within a sentence of words.
 
-A sentence is cut into tokens; a recursive descent finds the longest formulas among them. What does not parse stays
-text, and a sentence in which a sign of mathematics would stay text is not converted at all: then it is shown as
-it is written. The text of every formula, without the marks ^ and _, is that of the plain notation.
+A sentence is cut into tokens; a recursive descent finds the longest formulas among them. What does not parse
+stays text, and a sentence in which a sign of mathematics would stay text is not converted at all: then it is
+shown as it is written. The text of a formula, without the marks ^ and _, is that of the plain notation.
 """
 
 import re
@@ -10,31 +10,43 @@ from dataclasses import dataclass
 
 from markupsafe import Markup, escape
 
+MINUS, TRANSPOSE, PRIME = "\N{MINUS SIGN}", "\N{DOWN TACK}", "\N{PRIME}"
 GREEK = {"lambda": "λ", "lambda1": "λ1", "lambda2": "λ2", "lambda3": "λ3", "eps": "ε", "phi": "φ"}
 LETTERS = frozenset("ABDFLQXZbcdeghijkmnopqrtuvwxyz")
-"""Single letters that are symbols wherever they stand; a, A and I are words unless a sign makes them symbols."""
+"""Single letters that are symbols wherever they stand."""
 AMBIGUOUS = frozenset({"a", "A", "I", "s", "O"})
+"""Letters that are words unless a sign beside them makes them symbols."""
 POINTS = frozenset({"z"})
 """Letters whose ' marks another point, and no transpose."""
 TOGETHER = {name: tuple(name) for name in ("Xu", "Xo", "XX", "dw", "du", "dF")}
 """Symbols that the notation writes without a blank."""
 NAMES = frozenset({"acc", "argmin", "blockdiag", "diag", "inf", "log10", "max", "min", "sqrt", "sum"})
-SIGNS = {
-    "<=": "≤", ">=": "≥", "!=": "≠", "->": "→", "<": "<", ">": ">", "=": "=", "+": "+", "-": "−", "/": "/", "..": "..",
-}  # fmt: skip
+SIGNS = {sign: sign for sign in ("<", ">", "=", "+", "/", "..")} | {
+    "<=": "≤",
+    ">=": "≥",
+    "!=": "≠",
+    "->": "→",
+    "-": MINUS,
+}
 RELATIONS = ("<", "<=", ">", ">=")
 CLOSED_BY = {"(": ")", "[": "]"}
+KEY = re.compile(r"[A-Z]\d[a-z]?(?:/\w+)+")
+"""The key of a part."""
 TOKEN = re.compile(
-    r"\s+|`[^`]*`|\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![A-Za-z])|\d+|'s(?![A-Za-z])|lambda[123]?(?![A-Za-z0-9])"
-    r"|[A-Za-z]{3,}(?:_[a-z]{2,})+|[A-Za-z][A-Za-z0-9]*(?:-[A-Za-z0-9]+)*|<=|>=|!=|->|\.\.|\|\||."
+    rf"\s+|`[^`]*`|{KEY.pattern}|\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![A-Za-z])|\d+|'s(?![A-Za-z])"
+    r"|lambda[123]?(?![A-Za-z0-9])|[A-Za-z]{3,}(?:_[a-z]{2,})+|[A-Za-z][A-Za-z0-9]*(?:-[A-Za-z0-9]+)*|<=|>=|!=|->|\.\.|\|\||."
 )
+CLINGING = frozenset(",.;:)")
+"""Marks that stay on the line of the formula before them."""
+LONG, BREAK = 36, "\0"
+"""Letters of a formula that may be broken before its signs, and what marks these places until then."""
 LEFT_OVER = re.compile(r"[\^|<>=]|->|(?<![A-Za-z]{3})_|\blambda(?!s\b)|\b(sqrt|diag|blockdiag)\b")
 """Signs of mathematics: a sentence with one of them in its text was not understood."""
 
 
 @dataclass(frozen=True)
 class _Found:
-    """A formula that ends before token `end`; `bare` if it is a number or a symbol by itself that may be a word."""
+    """A formula that ends before token `end`; `bare` if it is a number, or a letter that may be a word."""
 
     xml: str
     end: int
@@ -47,25 +59,29 @@ def set_formulas(text: object) -> Markup:
     Returns
     -------
     Markup
-        The sentence with `<math>` for its formulas and `<code>` for what stands between backticks, or in a span of
-        class math if it was not understood.
+        The sentence with `<math>` for its formulas and `<code>` for what stands between backticks, or in a
+        span of class math if it was not understood.
     """
     tokens = list(_tokens(str(text)))
     made, words, at = "", "", 0
     while at < len(tokens):
-        found = _Parser(tokens).formula(at)
+        found = _Parser(tokens).formula(at, BREAK)
         if tokens[at][0] == "`" and len(tokens[at]) > 1:
             made += f"<code>{escape(tokens[at][1:-1])}</code>"
             at += 1
         elif found is None or found.bare:
             end = found.end if found is not None else at + 1
-            words += " " + "".join(tokens[at:end])
+            words += " " if KEY.fullmatch(tokens[at]) else "".join(tokens[at:end])
             made += str(escape("".join(tokens[at:end])))
             at = end
         else:
-            made += f"<math>{found.xml}</math>"
-            words += " "
-            at = found.end
+            long = len("".join(tokens[at : found.end])) > LONG
+            *before, last = found.xml.split(BREAK) if long else [found.xml.replace(BREAK, " ")]
+            made += "".join(f"<math>{piece}</math> " for piece in before)
+            words, at = f"{words} ", found.end
+            mark = tokens[at] if at < len(tokens) and tokens[at] in CLINGING else ""
+            made += f'<span class="nb"><math>{last}</math>{mark}</span>' if mark else f"<math>{last}</math>"
+            at += bool(mark)
     return Markup(f'<span class="math">{escape(text)}</span>' if LEFT_OVER.search(words) else made)
 
 
@@ -86,6 +102,18 @@ def _is_symbol(word: str) -> bool:
     return word in GREEK or word in TOGETHER or word in LETTERS or word in AMBIGUOUS
 
 
+def _symbol(token: str) -> str:
+    """A number or a letter as MathML; empty for a word."""
+    if token[:1].isdigit():
+        return f"<mn>{token}</mn>"
+    if token in GREEK:
+        letter, digit = f"<mi>{GREEK[token][0]}</mi>", GREEK[token][1:]
+        return f"<msub>{letter}<mn>{digit}</mn></msub>" if digit else letter
+    if token in TOGETHER:
+        return "".join(f"<mi>{letter}</mi>" for letter in TOGETHER[token])
+    return f"<mi>{token}</mi>" if token in LETTERS or token in AMBIGUOUS else ""
+
+
 class _Parser:
     """Recursive descent over tokens; each method returns what it found from a token on, or None."""
 
@@ -101,22 +129,27 @@ class _Parser:
             place += 1
         return place
 
-    def formula(self, start: int) -> _Found | None:
+    def formula(self, start: int, join: str = " ") -> _Found | None:
         """Products joined by signs; a sign in front as well."""
         sign, place = "", start
         if self.at(start) in RELATIONS:
             sign, place = f"<mo>{escape(SIGNS[self.at(start)])}</mo> ", self.skip(start + 1)
         elif self.at(start) in ("-", "+") and not self.at(start + 1).isspace():
-            sign, place = f"<mo>{SIGNS[self.at(start)]}</mo>", start + 1
+            sign, place = f"<mo form='prefix' lspace='0' rspace='0'>{SIGNS[self.at(start)]}</mo>", start + 1
         first = self.product(place)
         if first is None:
             return None
         xml, end, bare = sign + first.xml, first.end, first.bare and not sign
         while (sign := self.at(self.skip(end))) in SIGNS and not self._is_prefix(end):
-            after = self.formula(self.skip(self.skip(end) + 1))
+            after = self.formula(self.skip(self.skip(end) + 1), join)
             if after is None:
                 break
-            xml, end, bare = f"{xml} <mo>{escape(SIGNS[sign])}</mo> {after.xml}", after.end, False
+            gap = " " if sign == "/" else join
+            xml, end, bare = (
+                f"{xml}{gap}<mo form='infix'>{escape(SIGNS[sign])}</mo> {after.xml}",
+                after.end,
+                False,
+            )
         return _Found(xml, end, bare)
 
     def _is_prefix(self, end: int) -> bool:
@@ -143,9 +176,11 @@ class _Parser:
         return _Found(xml, end, bare)
 
     def _is_word(self, place: int) -> bool:
-        """Whether the letter after a blank is a word: "F falls by a step", and no factor as in lambda1 I + B."""
+        """Whether the letter after a blank is a word ("F rises by a step") and no factor (lambda1 I + B)."""
         after = self.at(self.skip(place + 1))
-        return self.at(place) in AMBIGUOUS and not (after in SIGNS or after in ("^", "_", "'", ")", "]", "|", "||"))
+        return self.at(place) in AMBIGUOUS and not (
+            after in SIGNS or after in ("^", "_", "'", ")", "]", "|", "||")
+        )
 
     def factor(self, start: int) -> _Found | None:
         """An atom with its marks: ', *, ^ and _."""
@@ -153,11 +188,13 @@ class _Parser:
         if found is None:
             return None
         xml, end, bare = found.xml, found.end, found.bare
-        symbol = self.at(start).isalpha() or self.at(start) in GREEK or self.at(start) in ("(", "[", "|", "||")
+        symbol = (
+            self.at(start).isalpha() or self.at(start) in GREEK or self.at(start) in ("(", "[", "|", "||")
+        )
         while end < len(self.tokens):
             mark = self.at(end)
             if mark == "'" and symbol:
-                raised = "′" if self.at(start) in POINTS else "⊤"
+                raised = PRIME if self.at(start) in POINTS else TRANSPOSE
                 xml, end = f"<msup><mrow>{xml}</mrow><mo>{raised}</mo></msup>", end + 1
             elif mark == "*" and symbol and not self.at(end + 1)[:1].isdigit():
                 xml, end = f"<msup><mrow>{xml}</mrow><mo>*</mo></msup>", end + 1
@@ -172,7 +209,7 @@ class _Parser:
     def script(self, start: int) -> _Found | None:
         """What stands after ^ or _: a number with a sign, a name, a group."""
         if self.at(start) == "-" and self.at(start + 1)[:1].isdigit():
-            return _Found(f"<mo>−</mo><mn>{self.at(start + 1)}</mn>", start + 2)
+            return _Found(f"<mo>{MINUS}</mo><mn>{self.at(start + 1)}</mn>", start + 2)
         if self.at(start) in CLOSED_BY:
             return self.group(start)
         word = self.at(start)
@@ -191,19 +228,10 @@ class _Parser:
             return self.group(start)
         if token in ("|", "||"):
             return self.fenced(start)
-        if token[:1].isdigit():
-            return _Found(f"<mn>{token}</mn>", start + 1, bare=True)
-        if token in GREEK:
-            greek, digit = GREEK[token][0], GREEK[token][1:]
-            symbol = f"<mi>{greek}</mi>"
-            return _Found(f"<msub>{symbol}<mn>{digit}</mn></msub>" if digit else symbol, start + 1)
-        if token in TOGETHER:
-            return _Found("".join(f"<mi>{letter}</mi>" for letter in TOGETHER[token]), start + 1)
         if token in NAMES:
             return self.named(start)
-        if token in LETTERS or token in AMBIGUOUS:
-            return _Found(f"<mi>{token}</mi>", start + 1, bare=token in AMBIGUOUS)
-        return None
+        symbol = _symbol(token)
+        return _Found(symbol, start + 1, token[:1].isdigit() or token in AMBIGUOUS) if symbol else None
 
     def named(self, start: int) -> _Found | None:
         """A name such as max, where something follows that it applies to."""

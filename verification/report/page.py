@@ -1,60 +1,66 @@
-"""report.html: one file for a screen, a phone and paper, without scripts and outside references."""
+"""report.html: one file for a screen, a phone and paper; it has no script and loads nothing."""
 
-from collections.abc import Sequence
 from typing import Any
 
 from jinja2 import Environment
 from markupsafe import Markup
 
-from verification.ledger.claims import Subject
 from verification.problems.families import SUMMARIES
-from verification.report import sentences, words
+from verification.report import captions, findings, sentences, symbols, trust, words
 from verification.report.contents import Cases, Report
-from verification.report.experiments.blocks import Block
+from verification.report.experiments.catalogue import main_drawing
 from verification.report.experiments.pages import environment
 from verification.report.plain import plain, printable
-from verification.report.plots import plot
+from verification.report.plots import has_curves, plot
+from verification.report.proofs import proofs
 
 SHADES = (0.0, 0.02, 0.1, 0.25, 0.5)
 """Lower ends of the shares of failures that are shaded alike."""
-CERTIFICATES = (Subject.LIBRARY, Subject.SOLVERS)
-"""The subjects of the section on certificates."""
+EXPERIMENTS = "experiments/experiments.html"
+"""The page of the experiments, beside the report."""
 
 
-def page(report: Report, experiments: Sequence[Block] = ()) -> bytes:
+def page(report: Report) -> bytes:
     """Render report.html.
-
-    Parameters
-    ----------
-    report : Report
-    experiments : sequence of Block
-        See `verification.report.experiments.section.section`.
 
     Raises
     ------
     InputError
-        A series has another shape than its figure needs.
+        A series or the record of the experiments has another shape than its figure needs.
     """
-    text = _environment().get_template("page.html.j2").render(**_context(report), experiments=experiments)
+    text = _environment().get_template("page.html.j2").render(**_context(report))
     return (printable(text.rstrip()) + "\n").encode()
 
 
 def _context(report: Report) -> dict[str, Any]:
     series = plain(report.series)
+    shown = {each.name: _figure(each, series) for each in captions.FIGURES}
+    shown["overview"] = _figure(
+        captions.OVERVIEW, {"overview": series["counterexample"]} if has_curves(series) else {}
+    )
+    theory = [claim for claim in report.claims if not (claim.surveyed or findings.is_certificate(claim))]
     return {
         "report": report,
         "words": words,
+        "captions": captions,
+        "symbols": symbols,
         "sentences": sentences,
+        "findings": findings,
+        "trust": trust,
+        "proofs": proofs(report),
         "summaries": SUMMARIES,
-        "paper_claims": [claim for claim in report.claims if claim.subject not in CERTIFICATES],
-        "certificate_claims": [claim for claim in report.claims if claim.subject in CERTIFICATES],
-        "figures": {each.name: _figure(each, series) for each in words.FIGURES},
-        "times": _figure(words.TIMES, plain(report.volatile)),
+        "theory_claims": theory,
+        "surveyed_claims": [claim for claim in report.claims if claim.surveyed],
+        "certificate_claims": [claim for claim in report.claims if findings.is_certificate(claim)],
+        "figures": shown,
+        "times": _figure(captions.TIMES, plain(report.volatile)),
         "unrun": [each for each in sentences.figures(report) if each.name not in series],
+        "main_figure": main_drawing(report.experiments) if report.experiments else None,
+        "page_of_experiments": EXPERIMENTS,
     }
 
 
-def _figure(figure: words.Figure, series: dict[str, Any]) -> Markup | None:
+def _figure(figure: captions.Figure, series: dict[str, Any]) -> Markup | None:
     """Inline SVG that is safe as it is: `plot` escapes its label, matplotlib its texts."""
     if figure.name not in series:
         return None

@@ -9,13 +9,20 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from convexperc.errors import InputError
-from verification.report.drawing import COLORS, INK, MARKS, QUIET, drawn, finish, line, numbers
+from verification.report.drawing import COLORS, INK, MARKS, QUIET, drawn, finish, frame, line, numbers
 
 LONGEST = 44
 """Letters of a legend."""
 TOLERANCE = 1e-6
 """The line in the figure of distances: `verification.ledger.claims.LIMIT`."""
 REFERENCES: dict[str, Callable[[np.ndarray], np.ndarray]] = {"1/(k+1)^2": lambda k: (k + 1.0) ** -2}
+
+
+COMPARED = {"printed": COLORS[0], "corrected": COLORS[2]}
+"""The two update variants of the first figure, in the colours that they have among all."""
+BAND = "#9aa5b1"
+ENDS = ("axes fraction", "data")
+"""Coordinates of a label at the right end of a level."""
 
 
 def plot(name: str, series: Mapping[str, Any], label: str) -> str:
@@ -44,17 +51,36 @@ def plot(name: str, series: Mapping[str, Any], label: str) -> str:
         ) from None
 
 
+def has_curves(series: Mapping[str, Any]) -> bool:
+    """Whether the series "counterexample" has the two curves of the first figure."""
+    runs = series.get("counterexample", {}).get("runs", {})
+    return all(name in runs for name in COMPARED)
+
+
+def _overview(axes: Axes, series: Mapping[str, Any]) -> None:
+    """The printed and the corrected update, with their names at their ends, and the minimum as a band."""
+    lower, upper = numbers(series["F_star"])
+    for name, color in COMPARED.items():
+        F = numbers(series["runs"][name])
+        axes.plot(F, color=color, marker="o", markersize=4, linewidth=1.8)
+        up = F[-1] >= F[0]
+        place = (F.size - 1, F[-1])
+        axes.annotate(
+            f"{name} update", place, (0, 7 if up else 9), textcoords="offset points", ha="right", color=color
+        )
+    axes.axhspan(lower, upper, color=BAND, alpha=0.5, linewidth=0)
+    axes.axhline((lower + upper) / 2.0, color=QUIET, linewidth=1.0, zorder=0)
+    axes.annotate("F*", (1.0, (lower + upper) / 2.0), (4, -3), xycoords=ENDS, textcoords="offset points")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.margins(y=0.14)
+    frame(axes, "iteration", "F")
+
+
 def _counterexample(axes: Axes, series: Mapping[str, Any]) -> None:
     lower, upper = numbers(series["F_star"])
-    axes.axhspan(lower, upper, color="#9aa5b1", alpha=0.5, linewidth=0)
+    axes.axhspan(lower, upper, color=BAND, alpha=0.5, linewidth=0)
     axes.axhline((lower + upper) / 2.0, color=QUIET, linewidth=1.0)
-    axes.annotate(
-        "F*",
-        (1.0, (lower + upper) / 2.0),
-        (4, -3),
-        xycoords=("axes fraction", "data"),
-        textcoords="offset points",
-    )
+    axes.annotate("F*", (1.0, (lower + upper) / 2.0), (4, -3), xycoords=ENDS, textcoords="offset points")
     for at, (name, values) in enumerate(series["runs"].items()):
         axes.plot(numbers(values), label=_words(name), **line(at), marker=MARKS[at % 6], markersize=4)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -146,6 +172,7 @@ def _clarabel(axes: Axes, series: Mapping[str, Any]) -> None:
 
 
 DRAWN: dict[str, tuple[float, Callable[[Axes, Mapping[str, Any]], None]]] = {
+    "overview": (2.9, _overview),
     "counterexample": (3.4, _counterexample),
     "distance": (4.0, _distance),
     "rate": (3.6, _rate),

@@ -68,7 +68,7 @@ def json_schema(kind: type, identity: str, title: str) -> dict[str, Any]:
 
 def report_schema() -> dict[str, Any]:
     """Of report.json."""
-    return json_schema(Report, "urn:convexperc:report:2", "A verification report, machine readable")
+    return json_schema(Report, "urn:convexperc:report:3", "A verification report, machine readable")
 
 
 def counterexample_schema() -> dict[str, Any]:

@@ -1,30 +1,21 @@
 """Sentences that the HTML and the Markdown report share: plain text made from the contents."""
 
-from collections.abc import Iterable, Sequence, Sized
+import re
+from collections.abc import Iterable, Sized
 from typing import NamedTuple
 
-from verification.ledger.claims import Role, Voice
+from verification.ledger.claims import Role
 from verification.ledger.evidence import Outcome, Refutation, Verdict
 from verification.ledger.verdicts import case_word
 from verification.problems.families import FAMILIES
-from verification.report import words
+from verification.report import captions, words
 from verification.report.contents import Cases, JudgedClaim, JudgedPart, Report
 
-VOICES = {
-    Voice.PAPER: "the paper's claims",
-    Voice.QUESTION: "our questions",
-    Voice.PROMISE: "this library's promises",
-}
 CASES = tuple(outcome.value for outcome in Outcome)
+STARTS_WITH_A_WORD = re.compile(r"[a-z]+(?:[\s,;:.-]|$)(?!\s*[-+<>=/])")
+"""A capital would change a symbol, as in sum_j or w = v."""
 CAPPED = 1e300
 """Measures end here; a share of F* = 0 is not a number."""
-
-OUTCOMES = {
-    0: "Every verdict is the one that the baseline expects; no promise of the library failed, no stored"
-    " counterexample is stale, and nothing that was required is missing.",
-    1: "This run is not what the baseline expects:",
-    3: "Nothing contradicts the baseline, but something that was required was not run or stayed open:",
-}
 
 
 class Coverage(NamedTuple):
@@ -37,16 +28,7 @@ class Coverage(NamedTuple):
 
 def outcome(report: Report) -> str:
     """What the run amounts to."""
-    return OUTCOMES[report.outcome.code]
-
-
-def headline(report: Report) -> str:
-    """How many claims have which verdict, by who says so."""
-    told = [f"{many(report.claims, 'claim')} in {many(report.parts, 'formal part')}."]
-    for voice, name in VOICES.items():
-        claims = [claim for claim in report.claims if claim.voice is voice]
-        told += [f"Of {name} ({len(claims)}): {_counted(claims)}."] if claims else []
-    return " ".join(told)
+    return words.OUTCOMES[report.outcome.code]
 
 
 def partial(report: Report) -> str:
@@ -66,21 +48,9 @@ def many(things: Sized, name: str) -> str:
     return f"{len(things):,} {name}" if len(things) == 1 else f"{len(things):,} {name}s"
 
 
-def _counted(claims: Sequence[JudgedClaim]) -> str:
-    counted = {verdict: sum(claim.verdict is verdict for claim in claims) for verdict in Verdict}
-    named = {
-        Verdict.HOLDS: ("holds", "hold"),
-        Verdict.HOLDS_UNDER: ("holds under a condition", "hold under a condition"),
-        Verdict.SUPPORTED: ("is supported", "are supported"),
-        Verdict.REFUTED: ("is refuted", "are refuted"),
-        Verdict.REPRODUCED: ("is reproduced", "are reproduced"),
-        Verdict.DEPENDS: (depends := "depends on what the paper leaves open", depends.replace("ds", "d", 1)),
-        Verdict.NOT_REPRODUCED: ("is not reproduced", "are not reproduced"),
-        Verdict.OPPOSITE: ("is met by its opposite", "are met by their opposites"),
-        Verdict.INCONCLUSIVE: ("is inconclusive", "are inconclusive"),
-        Verdict.NOT_TESTABLE: ("cannot be tested here", "cannot be tested here"),
-    }
-    return listed([f"{count} {named[verdict][count != 1]}" for verdict, count in counted.items() if count])
+def met(report: Report) -> list[Verdict]:
+    """The verdicts that some judged claim has."""
+    return [verdict for verdict in Verdict if any(claim.verdict is verdict for claim in report.claims)]
 
 
 def cases(count: Cases, formula: bool = False) -> str:
@@ -108,27 +78,6 @@ def worst(part: JudgedPart, told: bool = False) -> str:
     return f"Worst: {measure(count.worst)}, in {family(part.worst_family)}{what}."
 
 
-def surveyed(part: JudgedPart) -> list[str]:
-    """What the experiments compare for a part, and what they say on each set of pictures."""
-    if (rule := part.rule) is None:
-        return []
-    least = f"smallest effect {rule.smallest_effect:g}" if rule.smallest_effect else "no smallest effect"
-    count = "one comparison" if rule.comparisons == 1 else f"{rule.comparisons} comparisons"
-    told = [f"Compared: {rule.statistic}.", f"On {rule.scenes}; {count}, {least}."]
-    for each in part.surveys:
-        default, numbers = each.default, "no scene defines it"
-        if default.statistic is not None:
-            numbers = f"{default.figures} over {default.units:,} scenes"
-        out = f", {default.left_out:,} left out" if default.left_out else ""
-        condition = f" {each.condition}" if each.condition else ""
-        told.append(
-            f"{sentence(each.pictures)[:-1]}: {each.verdict}{condition}; {each.told}; every mean on the"
-            f" claim's side in {each.agreeing}."
-            f" Default configuration: {default.outcome}, {default.name}: {numbers}{out}."
-        )
-    return told
-
-
 def common(claim: JudgedClaim, field: str) -> str:
     """What all of several parts of a claim have in this field, to be told once; else empty."""
     values = {str(getattr(part, field)) for part in claim.parts}
@@ -137,24 +86,13 @@ def common(claim: JudgedClaim, field: str) -> str:
 
 def sentence(text: str) -> str:
     """With a capital and a full stop."""
-    return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
+    first = text[:1].upper() if STARTS_WITH_A_WORD.match(text) else text[:1]
+    return f"{first}{text[1:]}" + ("" if text.endswith(".") else ".")
 
 
 def measure(value: float) -> str:
     """Two digits; "inf" and "nan" stay words."""
     return f"{value:.2g}"
-
-
-def corrected(report: Report, claim: JudgedClaim) -> list[JudgedPart]:
-    """The parts that say what is true where the claim is not, as far as they were judged."""
-    parts = {part.key: part for part in report.parts}
-    return [parts[key] for key in claim.corrected if key in parts]
-
-
-def elsewhere(report: Report, claim: JudgedClaim) -> list[str]:
-    """The keys of those that belong to claims that the run was not about."""
-    judged = {part.key for part in report.parts}
-    return [key for key in claim.corrected if key not in judged]
 
 
 def examples(claim: JudgedClaim) -> list[tuple[str, Refutation]]:
@@ -164,10 +102,10 @@ def examples(claim: JudgedClaim) -> list[tuple[str, Refutation]]:
     return [(key, confirmed[0]) for key, confirmed in found if confirmed]
 
 
-def figures(report: Report) -> list[words.Figure]:
+def figures(report: Report) -> list[captions.Figure]:
     """The figures of the claims that were judged."""
     judged = {claim.id for claim in report.claims}
-    return [figure for figure in words.FIGURES if figure.claim in judged]
+    return [figure for figure in captions.FIGURES if figure.claim in judged]
 
 
 def coverage(report: Report) -> list[Coverage]:
@@ -229,9 +167,19 @@ def condition(claim: JudgedClaim) -> str:
     if not claim.condition:
         return ""
     stated = [part for part in claim.parts if part.role is Role.STATED]
-    bound = [part.key for part in stated if part.condition]
-    where = f" of {listed(bound)}" if len(stated) > 1 else ""
-    return f"{limited(claim)}{where}: {claim.condition}."
+    bound = listed([part.key for part in stated if part.condition]) if len(stated) > 1 else ""
+    if claim.verdict is Verdict.DEPENDS:
+        return f"{bound or 'It'} depends on {claim.condition}."
+    return f"Condition{f' of {bound}' if bound else ''}: {claim.condition}."
+
+
+def why(claim: JudgedClaim) -> str:
+    """Why it has its verdict, for the ledger: of a refuted claim the finding and what is true instead."""
+    shown = examples(claim)
+    if claim.verdict is not Verdict.REFUTED or not shown:
+        return f"{sentence(claim.reason)} {condition(claim)}".rstrip()
+    instead = f" True instead: {listed(list(claim.corrected))}." if claim.corrected else ""
+    return f"{sentence(shown[0][1].finding)}{instead}"
 
 
 def replay(identity: str) -> str:

@@ -1,38 +1,64 @@
-"""The fixed words of the report: what a verdict means, what limits it, the symbols, the captions."""
+"""The fixed words of the report: what a verdict means, what limits it, the terms, the outcomes."""
 
-from dataclasses import dataclass
-
-from verification.ledger.claims import Role
+from verification.ledger.claims import Role, Voice
 from verification.ledger.evidence import Checker, Outcome, Verdict
 from verification.search.profiles import PROFILES
 
-TITLE = "Convex multi-robot perception: the claims of the paper, judged"
-PAPER = (
-    "The paper: B. Reily and H. Zhang, Simultaneous View and Feature Selection for Collaborative Multi-Robot"
-    " Perception. Claims are told in our words; places are its equations, by the names of their labels, its"
-    " theorem, its algorithm and its appendix. Proofs are written out in docs/theorem.md of the project."
-)
+TITLE = "Convex multi-robot perception: verification report"
+AUTHORS = "Brian Reily and Hao Zhang"
+PAPER = "Simultaneous View and Feature Selection for Collaborative Multi-Robot Perception"
+ARXIV = "2012.09328"
+LINK = f"https://arxiv.org/abs/{ARXIV}"
+THEOREM = "docs/theorem.md"
+
+OUTCOMES = {
+    0: "Exit code 0: every verdict is the one that the baseline expects, no promise of the library"
+    " failed, every stored counterexample still fails, and nothing that was required is missing.",
+    1: "Exit code 1: this run differs from the baseline.",
+    3: "Exit code 3: nothing contradicts the baseline, but something that was required is missing or"
+    " undecided.",
+}
+"""By the exit code of the run; a promise and the baseline are explained with the terms."""
+
+VOICES = {
+    Voice.PAPER: (
+        "The paper's claims",
+        "Statements of the paper, put in our words; the place is its equation, by the name of its label,"
+        " its theorem, its algorithm or its appendix.",
+    ),
+    Voice.QUESTION: (
+        "Our questions",
+        "Statements that the paper makes informally or not at all, and that this project asks about, among"
+        " them its corrected version of Theorem 1. Here refuted means that the answer is no; it is no fault"
+        " of the paper.",
+    ),
+    Voice.PROMISE: (
+        "Promises of this library",
+        "Properties that the library convexperc claims for itself. If one of them fails, the exit code is 1.",
+    ),
+}
+"""Title of each group of claims, and what its statements are."""
 
 VERDICTS = {
-    Verdict.HOLDS: "Proved by a written argument whose steps a machine checked: as exact identities, by the"
-    " solver z3 over the real numbers, or by exact arithmetic; where it rests on a theorem of the literature,"
-    " that is cited and counted apart.",
-    Verdict.HOLDS_UNDER: "Proved in the same way, but only under the condition that is named.",
+    Verdict.HOLDS: "There is a written proof whose algebraic steps a machine checked; theorems of the"
+    " literature are cited, and listed separately.",
+    Verdict.HOLDS_UNDER: "The same, but only under the condition that is named.",
     Verdict.SUPPORTED: "Tested on the stated number of cases without a failure. This is not a proof.",
-    Verdict.REFUTED: "False as stated. A counterexample is stored, and it was confirmed during this run: in"
-    " exact arithmetic or, where the claim is about a program, by running it again beside a proved interval."
-    " This is a finding about the claim, not a failure of the run.",
-    Verdict.INCONCLUSIVE: "None of these: nothing was decided, or cases failed that nobody could"
-    " confirm exactly. Of the experiments: the data do not tell in at least 95 % of the configurations.",
-    Verdict.NOT_TESTABLE: "Cannot be judged here, for the reason that is given.",
-    Verdict.REPRODUCED: "Of the experiments, on other data than the paper's: found in at least 95 % of the"
-    " configurations, which are choices of what the paper leaves open.",
-    Verdict.DEPENDS: "Of the experiments: found in some configurations and not in others. The factor is named"
-    " whose levels differ most, if one does.",
-    Verdict.NOT_REPRODUCED: "Of the experiments: found in at most 5 % of the configurations. This does not"
-    " say that it is false of the paper's data.",
-    Verdict.OPPOSITE: "Of the experiments: the opposite was found in at least 95 % of the configurations."
-    " This does not say that it is false of the paper's data.",
+    Verdict.REFUTED: "False as stated: a stored counterexample was confirmed again in this run, in exact"
+    " arithmetic or, for a statement about a program, by running it beside a proved"
+    " interval.",
+    Verdict.INCONCLUSIVE: "Neither: no case was decided, or cases failed and none could be confirmed"
+    " exactly. For an experiment: the data are not decisive in at least 95 % of the"
+    " configurations.",
+    Verdict.NOT_TESTABLE: "It could not be judged, for the reason that is given.",
+    Verdict.REPRODUCED: "For an experiment, on data other than the paper's: found in at least 95 % of the"
+    " configurations.",
+    Verdict.DEPENDS: "For an experiment: found in some configurations and not in others. The condition"
+    " names the choice that matters most, if there is one.",
+    Verdict.NOT_REPRODUCED: "For an experiment: found in at most 5 % of the configurations. It may still be"
+    " true of the paper's data.",
+    Verdict.OPPOSITE: "For an experiment: the opposite was found in at least 95 % of the configurations."
+    " The claim may still be true of the paper's data.",
 }
 
 TONES = {
@@ -55,181 +81,79 @@ ROLES = {
     Role.REPAIR: "corrected statement",
 }
 
+OUTCOME_OF_A_CASE = {
+    Outcome.HELD: "the case agrees with the part",
+    Outcome.FAILED: "it does not; a verdict rests on confirmed counterexamples and never on this count alone",
+    Outcome.UNDECIDED: "the case does not tell, for example because a loop reached its limit of iterations",
+    Outcome.SKIPPED: "the part says nothing about such a case",
+}
+
+TERMS = (
+    ("claim", "a statement in the ledger, with an identifier such as T1a"),
+    (
+        "part",
+        "one formal version of a claim. The part marked as stated decides the verdict on the claim; a"
+        " variant is the same statement about another update; a corrected statement is what is true instead",
+    ),
+    ("case", "one problem, with given numbers, on which one part was tried"),
+    (
+        "family",
+        "a kind of problem that cases are drawn from, for example problems whose X has a row of zeros",
+    ),
+    ("profile", "how many problems are drawn: quick, ci or full"),
+    ("baseline", "the stored list of expected verdicts that a run is compared with"),
+    ("promise", "a property that the library convexperc claims for itself"),
+    (
+        "configuration",
+        "in the experiments, one choice of everything that the paper leaves open, for example lambda1 and"
+        " the settings of the features",
+    ),
+    ("proved interval", "two numbers that are proved to enclose F*, with rounding errors included"),
+    ("referee", "a slow computation of F* in exact arithmetic that shares no formula with the library"),
+)
+
+LIMITATIONS = (
+    "Supported refers to the cases that were tried and to no others. They come from families of problems"
+    " that the authors of this report chose, and they are small: at most 4 views and 8 features.",
+    "A profile tries a check on as many problems of each family as the settings say, an expensive check on"
+    f" a part of that, and none on fewer than {PROFILES['quick'].least} (quick), {PROFILES['ci'].least} (ci)"
+    f" or {PROFILES['full'].least} (full). The profile quick draws {PROFILES['quick'].problems} of each"
+    f" family, which shows what fails often, not what fails rarely; ci draws {PROFILES['ci'].problems}, and"
+    f" full {PROFILES['full'].problems}.",
+    "The cases are not a random sample: each family begins with its simplest problem, and the search then"
+    " tries to increase the measure of a part. A share of failures says how easily one is found, not how"
+    " often one occurs.",
+    "The counterexamples of the catalogue were made small on purpose; each says how small it is. Those that"
+    " the search found are the smallest of their run; the profile quick shrinks those of stated parts only.",
+    "Where a claim has no meaning, for example because it divides by 0, it is not judged: it is said to"
+    " hold under the condition that it has one. A claim that has a meaning and is false somewhere is"
+    " refuted, even if it is false in few places.",
+    "We put each claim into formal parts. Where the paper's words allow several interpretations, one is"
+    " marked as stated and decides the verdict; the others are judged beside it.",
+    "The limit of an iteration cannot be observed. A run that reaches the limit of 150 iterations is"
+    " undecided and never counts as a failure; one that meets a singular system has no next iterate and"
+    " counts as a failure to converge.",
+    "The loops run in float64. A rise of F counts only if one exact update from the iterate before it rises"
+    " as well; a wrong limit counts only if the run ends by itself above the proved interval of F*. The"
+    " counterexamples of the catalogue are exact from the first iterate to the limit; those named found-..."
+    " repeat a case of the search.",
+    "Proved intervals of F* assume IEEE 754 arithmetic that rounds to nearest, and matrix products that sum"
+    " ordinary products, in any order.",
+    "Statements about other solvers refer to the versions named here, at their default settings.",
+    "The same seed and versions give the same files. On another processor, a case that lies exactly at a"
+    " tolerance may be counted differently.",
+    "The paper's pictures are not public. Its experiments are repeated on simulated scenes of the same"
+    " design and on photographs; what is not found there may still be true of the paper's data.",
+    "The paper does not state lambda1 in the experiments, the bins of the histograms, the settings of HOG"
+    " and LBP, the size of the pictures or their normalisation. The configurations vary these and nothing"
+    " else, and only a fraction of all combinations is tried.",
+)
+
 CHECKERS = {
     Checker.IDENTITY: "two polynomials with rational coefficients were expanded and compared",
     Checker.Z3: "z3 found no real numbers that satisfy the premises and violate the conclusion",
     Checker.EXACT: "a statement about given rational numbers was evaluated",
-    Checker.CITED: "a theorem of the literature; no machine checked it here",
+    Checker.CITED: "a theorem of the literature, which no machine checked here",
 }
-
-OUTCOMES = {
-    Outcome.HELD: "the case agrees with the part",
-    Outcome.FAILED: "it does not; the verdict rests on the counterexamples that were confirmed, not on this"
-    " count",
-    Outcome.UNDECIDED: "the case does not tell, for example a loop that met its limit of iterations",
-    Outcome.SKIPPED: "the part says nothing about such a case",
-}
-
-LIMITATIONS = (
-    '"Supported" speaks of the cases that were tried and of no others. They come from families of'
-    " problems that the authors of this report chose, and they are small: at most 4 views and 8 features.",
-    "A profile tries a check on as many problems of each family as the settings say, an expensive check on"
-    f" a part of that, and none on fewer than {PROFILES['quick'].least} (quick), {PROFILES['ci'].least} (ci)"
-    f" or {PROFILES['full'].least} (full). The profile quick has {PROFILES['quick'].problems}: that"
-    f" shows what fails often, not what fails rarely. The profiles ci ({PROFILES['ci'].problems}) and full"
-    f" ({PROFILES['full'].problems}) say more.",
-    "The cases are no random sample: each family begins with its simplest problem, and the search then drives"
-    " the measure of a part up. A share of failures says how easily one is found, not how often one occurs.",
-    "The counterexamples of the catalogue were made small on purpose; how small is said with each. Those that"
-    " the search met are the smallest of their run; the profile quick shrinks them for stated parts alone.",
-    "A claim that has no meaning somewhere, as a division by 0, is judged where it has one, and holds under"
-    " that condition. One that has a meaning and is false somewhere is refuted, however small that place."
-    " Several refutations share a cause: the absolute value and the factor 2 that the derivatives lack are"
-    " behind D1, D2, T1a and T1b; the l1-norm in place of its entries behind L2, A2 and appendix variants.",
-    "Each claim was put into formal parts by us. Where the paper's words admit several interpretations,"
-    ' one is marked "as stated" and decides the verdict; the others are judged beside it.',
-    'An argument is as sound as what checked its steps. Steps marked "cited theorem" were checked'
-    " by no machine, and how scalar steps add up to a statement in every dimension is written out"
-    " in words.",
-    "The limit of an iteration cannot be observed. A run that meets the limit of 150 iterations is"
-    " undecided, and never counts as a failure. One that meets a singular system has no next iterate, and"
-    " counts as a failure to converge.",
-    "The loops run in float64. A rise of F counts once one exact update from the iterate before it rises as"
-    " well; a wrong limit, where the run ends by itself above the proved interval of F*. The counterexamples"
-    " of the catalogue are exact from the first iterate to the limit; those named found-... repeat a case.",
-    "Rigorous intervals of F* assume IEEE 754 arithmetic that rounds to nearest, and matrix"
-    " products that sum ordinary products, in any order.",
-    "What is said of other solvers holds for the versions named here, at their default settings.",
-    "The same seed and versions give the same files. On another processor, a case that lies exactly at a"
-    " tolerance may be counted differently.",
-    "The paper's pictures are not public. The claims about the experiments are judged on simulated scenes of"
-    " the same design, and not on the paper's own: what is refuted here may hold there.",
-    "The paper leaves open what a repetition needs: lambda1 in the experiments, the bins of the"
-    " histograms, the settings of HOG and LBP, the size of the pictures and their normalisation. The"
-    " configurations vary these, and nothing else; a fraction of all combinations shows the effect of each,"
-    " not of all together.",
-)
-
-SYMBOLS = (
-    ("n, d, m, p", "numbers of robots (views), features, modalities and templates"),
-    ("X", "n by d; row j holds the features that robot j saw"),
-    ("o", "the d features of one template: a reference view of one object"),
-    ("w, u", "weights of the n views and of the d features; u^i is the block of modality i"),
-    (
-        "lambda1, lambda2, lambda3",
-        "weights >= 0 of the coupling, of the l1-norm of w, and of the modality norm",
-    ),
-    ("||w||_1, ||u||_M", "sum of |w_j|; sum over the modalities of ||u^i||_2"),
-    ("F(w, u)", "||X'w - o||^2 + lambda1 ||Xu - w||^2 + lambda2 ||w||_1 + lambda3 ||u||_M, Eq. (full)"),
-    ("F*", "the minimum of F; [lower, upper] is an interval that is proved to contain it"),
-    ("x_j, X_i", "row j of X, what robot j saw; the columns of X that belong to modality i"),
-    ("b", "2 lambda1 (Xu - w), the derivative of the coupling by Xu"),
-    ("v_j, in F3 and T1c", "entry j of 2X(X'w - o) - b, the derivative by w of the first two terms of F"),
-    ("g^i", "2 lambda1 X_i'(Xu - w), the derivative by u^i of the coupling"),
-    (
-        "F_eps, eps",
-        "F with sqrt(w_j^2 + eps^2) for |w_j| and sqrt(||u^i||^2 + eps^2) for ||u^i||; eps > 0 is chosen",
-    ),
-    ("strict", "an entry w_j = 0 with |v_j| < lambda2, or a block u^i = 0 with ||g^i|| < lambda3"),
-    ("locked", "a weight that is exactly 0 and stays 0 for ever, although the optimum needs it"),
-    ("referee", "a slow computation of F* in fractions and balls that shares no formula with the library"),
-    ("gap", "an upper bound of F(w, u) - F*"),
-    ("D^w, D^u", "the diagonal matrices of Algorithm 1 that stand for the derivatives of the norms"),
-    (
-        "Algorithm 1",
-        "start: w = argmin ||X'w - o||, then u = argmin ||Xu - w||, each of least norm. Step 6: (XX' +"
-        " lambda1 I + (lambda2/2) D^w) w = X(o + lambda1 u). Step 7: (lambda1 X'X + (lambda3/2) D^u) u ="
-        " lambda1 X'w. D^w = diag(1/(2 w_i)) and D^u = blockdiag(I/(2||u^i||)) come from the iterate before;"
-        " repeated until convergence. The update variants differ in D^w, D^u and the factor 1/2",
-    ),
-    ("A, B, Q", "in proofs: lambda2 D^w and lambda3 D^u; the quadratic above F that an update minimises"),
-    ("w(i), u(i)", "the iterates of Algorithm 1; t' is the transpose of t"),
-)
-
-VARIANTS = (
-    ("printed", "D^w = diag(1/(2 w_i)), and lambda2/2 and lambda3/2, as in the paper's box"),
-    ("absolute", "|w_i| in place of w_i; lambda2/2 and lambda3/2 stay"),
-    (
-        "corrected",
-        "|w_i| in place of w_i, and the whole of lambda2 and lambda3, as the derivative of F asks for",
-    ),
-    ("appendix_half", "||w||_1 in place of w_i, as the proof in the appendix substitutes, with the halves"),
-    ("appendix_full", "the same with the whole of lambda2 and lambda3"),
-    ("smoothed", "sqrt(w_i^2 + eps^2) in place of w_i, and likewise for u; it descends F_eps"),
-    ("Gauss-Seidel", "the update of u sees the new w(i+1)"),
-    ("Jacobi", "the update of u sees the old w(i)"),
-)
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A figure of the report.
-
-    Attributes
-    ----------
-    name : str
-        Key of the series that it draws.
-    claim : str
-        The claim that it belongs to.
-    title, caption : str
-    """
-
-    name: str
-    claim: str
-    title: str
-    caption: str
-
-
-FIGURES = (
-    Figure(
-        "counterexample",
-        "T1a",
-        "One counterexample, iteration by iteration",
-        "F at each iteration for several variants of the update, from the same start. The band is"
-        " an interval that is proved to contain the optimum F*. Equal curves lie one over the other:"
-        " absolute and appendix half; corrected, appendix full and smoothed. A curve that is shorter than"
-        " the others came to rest.",
-    ),
-    Figure(
-        "distance",
-        "T1b",
-        "Where the iteration ends",
-        "Each row is one update variant in one order (GS: Gauss-Seidel): the darker a cell, the larger the"
-        " share of its runs that ended with that relative distance (F(last) - F*)/F*. The line is the"
-        " tolerance; the first cell holds all that ended at 1e-16 or below, the last all beyond 100. On the"
-        " right: runs whose distance is known + undecided runs + runs without an end, whose system was"
-        " singular or that diverged.",
-    ),
-    Figure(
-        "rate",
-        "T1c",
-        "How fast the repaired update gets there",
-        "(F - F*) / F* by iteration, both axes logarithmic. A straight line is a power of the iteration, a"
-        " curve that bends down is faster than every power. Values of 0 or below, where rounding"
-        " ends the curve, are not drawn. The two upper curves and 1/(k+1)^2 lie one over the other.",
-    ),
-    Figure(
-        "cost",
-        "C1",
-        "Counted multiplications by size",
-        "Multiplications of one step, counted by running it on numbers that count, both axes"
-        " logarithmic; the slope is the measured exponent. The curves of steps 6 and 7 coincide.",
-    ),
-    Figure(
-        "clarabel",
-        "S1",
-        'Answers with the status "optimal", by the scale of the data',
-        "o, lambda2 and lambda3 are multiplied by the scale, which multiplies F* by its square and"
-        " changes nothing else. Shares of the answers that lie outside the proved interval of F* by"
-        " more than the stated part of F*, and of those that are not called optimal.",
-    ),
-)
-
-TIMES = Figure(
-    "times",
-    "C1",
-    "Measured times by size",
-    "Seconds of the same steps on this machine, both axes logarithmic.",
-)
-
-NOT_RUN = "Not run in this profile."
+MACHINES = tuple(checker for checker in CHECKERS if checker is not Checker.CITED)
+"""What a machine checks."""

@@ -14,7 +14,7 @@ import cv2
 import jsonschema
 import numpy as np
 import pytest
-from made_up import evidence, judged
+from made_up import evidence, judged, series
 from made_up_experiments import PARTS_X, experiments_record, sealed, written
 from test_report import EVIL, Page
 from typer.testing import CliRunner
@@ -30,6 +30,7 @@ from verification.ledger.evidence import Evidence, Verdict
 from verification.ledger.rules import Rule
 from verification.ledger.surveys import Comparison, Survey, Tally
 from verification.ledger.verdicts import judge_all, judge_part, judge_surveys, survey_judgement
+from verification.report import words
 from verification.report.experiments.figures import spaced
 from verification.report.experiments.pages import experiment_files, publish
 from verification.report.experiments.sheets import BUDGET, contact_sheets
@@ -243,10 +244,9 @@ def test_a_reading_without_a_scene_has_no_numbers(record, found):
         made["sets"][0]["claims"]["X8/zero"].update(counts)
 
     made = checked(changed(record, nothing), "experiments.json")
-    text = rendered(made)["report.md"].decode()
-    assert "no scene defines it, 48 left out" in text
+    text = experiment_files(made)["experiments.md"].decode()
     row = next(line for line in text.splitlines() if line.startswith("| X8/zero | simulation"))
-    assert row.endswith("| open | - | - | - | 0 |"), row
+    assert row.endswith("| open | - | - | - | 0 | 48 |"), row
 
 
 def test_surveys_come_back(found):
@@ -262,29 +262,43 @@ def rendered(stored):
 
 
 def test_the_report_shows_the_record_and_says_that_it_did_not_find_it(found):
-    content = rendered(replace(found, sheets={"2-case": b"\xff\xd8"}))
+    with_sheet = replace(found, sheets={"2-case": b"\xff\xd8"})
+    content = rendered(with_sheet)
     page, text = Page(content["report.html"].decode()), content["report.md"].decode()
     assert page.open == []
     assert len(page.ids) == len(set(page.ids))
-    assert {link.removeprefix("#") for link in page.links} <= set(page.ids)
-    squeezed = " ".join(page.text.split())
+    beside = "experiments/experiments.html"
+    assert {link.removeprefix("#") for link in page.links} - {words.LINK, beside} <= set(page.ids)
+    assert beside in page.links
+    assert f"]({beside})" in text
+    assert content[beside] == experiment_files(with_sheet)["experiments.html"], (
+        "the page that is linked is written"
+    )
+    squeezed, elsewhere = (
+        " ".join(each.split()) for each in (page.text, Page(content[beside].decode()).text)
+    )
+    for each in (
+        *found.content["sets"][0]["claims"],
+        "they were read from a stored record",
+        found.digest[:12],
+    ):
+        assert each in squeezed, each
     for needed in (
-        "it was not found by the run that wrote this report",
+        "it was not found by the run that wrote this page",
         found.digest,
         found.content["sets"][0]["digest"],
-        found.command,
         "What a user should know",
         "610 of 900 wrong labels are the shortest reference",
         "the ambulance is labelled right least often",
         "smallest effect 0.01",
     ):
-        assert needed in squeezed, needed
-        assert needed in " ".join(text.replace("\\", "").split()), needed
-    assert content["report.html"].decode().count('src="data:image/jpeg;base64,/9g="') == 1
-    assert "photographs-accuracy" in content["report.html"].decode()
-    assert "photographs-features" not in content["report.html"].decode(), (
-        "on the page of the experiments alone"
-    )
+        assert needed in elsewhere, needed
+        assert needed not in squeezed, f"{needed}: on the page of the experiments alone"
+    assert found.command in squeezed
+    drawn = set(re.findall('id="(simulation|photographs)-([a-z]+)-', content["report.html"].decode()))
+    assert drawn <= {("simulation", "accuracy")}, drawn
+    assert content["report.html"].decode().count('<svg class="plot"') == len(series()) - 1 + 2
+    assert content[beside].decode().count('src="data:image/jpeg;base64,/9g="') == 1
     found_again = json.loads(content["report.json"])
     assert found_again["experiments"]["record"] == found.digest
     assert "readings" not in found_again["experiments"]["sets"][0]["default"]
@@ -294,8 +308,8 @@ def test_the_report_shows_the_record_and_says_that_it_did_not_find_it(found):
 
 def test_without_a_record_the_report_says_how_to_make_one():
     content = files(judged(evidence(surveys=[])), {})
-    for name in ("report.html", "report.md"):
-        assert "python -m verification experiments" in content[name].decode(), name
+    assert "python -m verification experiments" in content["report.html"].decode()
+    assert not [name for name in content if name.startswith("experiments/")]
     assert json.loads(content["report.json"])["experiments"] is None
 
 

@@ -4,11 +4,14 @@ import html
 import re
 
 import pytest
-from made_up import evidence, judged
+from made_up import evidence, judged, refutation
+from test_report import spelled
 
-from verification.ledger.claims import CLAIMS, Role
+from verification.counterexamples.files import catalogue
+from verification.ledger.claims import CAUSES, CLAIMS, Voice
 from verification.ledger.evidence import Count, Verdict
 from verification.problems.families import FAMILIES
+from verification.report import words
 from verification.report.build import build
 from verification.report.contents import Report
 from verification.report.markdown import markdown
@@ -49,7 +52,7 @@ def table_on(text: str, caption: str) -> list[list[str]]:
     """The cells of the table whose caption begins so."""
     for found in re.findall(r"<table.*?</table>", text, re.DOTALL):
         if plain(found.partition("<caption>")[2]).startswith(caption):
-            rows = re.findall(r"<tr>(.*?)</tr>", found, re.DOTALL)
+            rows = re.findall(r"<tr[^>]*>(.*?)</tr>", found, re.DOTALL)
             return [
                 [plain(cell) for cell in re.findall(r"<t[hd].*?</t[hd]>", row, re.DOTALL)] for row in rows
             ]
@@ -107,59 +110,85 @@ def test_the_overview_adds_up_random_and_degenerate_families(on_page: str) -> No
             )
 
 
-def test_the_text_names_the_families_in_which_a_part_fails(in_text: str) -> None:
-    head, *rows = table_in(in_text, "part | verdict | random")
-    assert head[-1] == "failed of decided, by family"
-    for part, row in zip(PARTS, rows, strict=True):
-        failing = [
-            f"{count.family.replace('_', ' ')} {count.failed}/{count.failed + count.held}"
-            for count in kinds(part)[2]
-            if count.failed
-        ]
-        assert row[0] == part
-        assert row[-1] == (", ".join(failing) or "none"), part
-
-
-def test_the_coverage_counts_the_cases_of_each_family(on_page: str, in_text: str) -> None:
-    on, text = table_on(on_page, "Problems looked at and cases"), table_in(in_text, "family | problems")
-    assert on[0] == text[0] == ["family", "problems", "held", "failed", "undecided", "skipped", "what it is"]
-    for name, row, line in zip(NAMES, on[1:], text[1:], strict=True):
+def test_the_coverage_counts_the_cases_of_each_family(on_page: str) -> None:
+    head, *rows = table_on(on_page, "Problems looked at and cases")
+    assert head == ["family", "problems", "held", "failed", "undecided", "skipped", "what it is"]
+    for name, row in zip(NAMES, rows, strict=True):
         own = [count for count in EVIDENCE.counts if count.family == name]
-        numbers = [sum(getattr(count, outcome) for count in own) for outcome in on[0][2:6]]
+        numbers = [sum(getattr(count, outcome) for count in own) for outcome in head[2:6]]
         assert row[:2] == [name.replace("_", " "), "-"]
-        assert line[:2] == [name, "-"]
         assert row[2:6] == [f"{number:,}" for number in numbers], name
-        assert line[2:6] == [str(number) for number in numbers], name
 
 
-def test_the_verdicts_stand_with_their_claims(report: Report, on_page: str, in_text: str) -> None:
-    on, text = table_on(on_page, "Every claim, where it stands"), table_in(in_text, "id | verdict | claim")
-    expected = [(claim.id, claim.verdict.value) for claim in report.claims]
-    assert [(row[0], row[1]) for row in on[1:]] == expected
-    assert [(row[0], row[1]) for row in text[1:]] == expected
-    assert len({verdict for _, verdict in expected}) > 3, expected
-
-
-def test_the_summary_counts_claims_by_subject_and_verdict(report: Report, on_page: str, in_text: str) -> None:
-    on, text = table_on(on_page, "Number of claims by subject"), table_in(in_text, "claims about")
-    assert on[0][1:] == text[0][1:] == [*(verdict.value for verdict in Verdict), "all"]
-    subjects = list(dict.fromkeys(claim.subject for claim in report.claims))
-    for subject, row, line in zip(subjects, on[1:], text[1:], strict=True):
-        own = [claim.verdict for claim in report.claims if claim.subject is subject]
-        numbers = [*(own.count(verdict) for verdict in Verdict), len(own)]
-        assert row == [subject.value, *(str(number or "-") for number in numbers)]
-        assert line == [subject.value, *map(str, numbers)]
-
-
-def test_each_refuted_claim_stands_with_its_own_counterexample_and_correction(
-    report: Report, in_text: str
+@pytest.mark.parametrize("voice", Voice)
+def test_the_verdicts_stand_with_their_claims_by_who_states_them(
+    voice: Voice, report: Report, on_page: str, in_text: str
 ) -> None:
-    block = in_text.partition("### Refuted claims")[2].partition("\n## ")[0].replace("\\", "")
-    for claim in report.claims:
-        entry = block.partition(f"\n- **{claim.id}** (")[2].partition("\n- **")[0]
-        assert bool(entry) == (claim.verdict is Verdict.REFUTED), claim.id
-        if entry and claim.parts[0].rule is None:
-            named = set(re.findall(r"replay ([a-z0-9-]+)", entry))
-            stated = [part for part in claim.parts if part.role is Role.STATED and part.counterexamples]
-            assert named == {part.counterexamples[0].id for part in stated}, claim.id
-            assert set(re.findall(r"Corrected statement: ([^ ]+)", entry)) == set(claim.corrected), claim.id
+    title = words.VOICES[voice][0]
+    on = table_on(on_page, f"{title} and their verdicts")
+    text = table_in(in_text.partition(f"\n### {title}\n")[2], "id | verdict | claim")
+    expected = [(claim.id, claim.verdict.value) for claim in report.claims if claim.voice is voice]
+    assert [(row[0], row[1]) for row in on[1:]] == expected
+    assert [(row[0].partition("]")[0].strip("["), row[1]) for row in text[1:]] == expected
+    assert len(expected) > 3, expected
+    for row in on[1:]:
+        claim = next(claim for claim in report.claims if claim.id == row[0])
+        if claim.verdict is Verdict.REFUTED:
+            assert all(key in row[3] for key in claim.corrected), row
+            assert spelled(claim.parts[0].counterexamples[0].finding)[1:] in spelled(row[3]), row
+
+
+def test_the_summary_counts_claims_by_verdict_and_voice(report: Report, on_page: str, in_text: str) -> None:
+    on, text = table_on(on_page, "Verdicts, their meaning"), table_in(in_text, "verdict | The paper's claims")
+    assert on[0] == [each.capitalize() if each == "verdict" else each for each in text[0][:-1]] + ["Meaning"]
+    met = [verdict for verdict in Verdict if any(claim.verdict is verdict for claim in report.claims)]
+    assert [row[0] for row in on[1:]] == [row[0] for row in text[1:]] == [*map(str, met), "all"]
+    for at, voice in enumerate(Voice, 1):
+        own = [claim.verdict for claim in report.claims if claim.voice is voice]
+        assert on[0][at] == words.VOICES[voice][0]
+        assert [row[at] for row in on[1:]] == [*(str(own.count(each) or "-") for each in met), str(len(own))]
+        assert [row[at] for row in text[1:]] == [*(str(own.count(each)) for each in met), str(len(own))]
+
+
+def test_each_cause_stands_with_its_claims_example_and_correction(
+    report: Report, on_page: str, in_text: str
+) -> None:
+    refuted = {
+        claim.id for claim in report.claims if claim.verdict is Verdict.REFUTED and claim.voice is Voice.PAPER
+    }
+    assert refuted == {"D1", "L2", "T1a", "T1b"}
+    expected = {
+        "the sign of w_i": ["D1", "T1a", "T1b"],
+        "the factor 2": ["D1", "T1a", "T1b"],
+        "the l1 substitution": ["L2"],
+        "exact zeros": ["T1b"],
+    }
+    on, text = table_on(on_page, "Each cause with"), table_in(in_text, "cause | claims")
+    assert len(on) == len(text) == 1 + len(expected)
+    for (name, claims), row, line in zip(expected.items(), on[1:], text[1:], strict=True):
+        cause = next(each for each in CAUSES.values() if each.name == name)
+        assert spelled(row[0]) == spelled(
+            f"{cause.name}{cause.statement[0].upper()}{cause.statement[1:]}."
+        ) or (spelled(row[0]) == spelled(f"{cause.name}{cause.statement}."))
+        assert row[1] == f"{len(claims)}: {', '.join(claims)}"
+        assert re.findall(r"\[([A-Z]\d\w?)\]", line[1]) == claims
+        assert spelled(cause.printed) in spelled(row[3])
+        assert spelled(cause.corrected) in spelled(row[3])
+        assert all(key in row[3] and spelled(key) in spelled(line[4]) for key in cause.statements), name
+
+
+def test_a_cause_shows_the_counterexample_that_it_names() -> None:
+    named = {cause.example for cause in CAUSES.values()}
+    assert named <= {record.id for record in catalogue()}
+    found = [refutation("L2/inequality", name=CAUSES["substitution"].example)]
+    made = page(build(judged(evidence(refutations=found, series={})), {})).decode()
+    (row,) = table_on(made, "Each cause with")[1:]
+    assert f"python -m verification replay {CAUSES['substitution'].example}" in row[2]
+    stale = [
+        *found,
+        refutation("D2/printed", False, CAUSES["factor"].example),
+        refutation("D2/printed", True, "other"),
+    ]
+    made = page(build(judged(evidence(refutations=stale, series={})), {})).decode()
+    (factor, _) = table_on(made, "Each cause with")[1:]
+    assert factor[2] == "None was confirmed in this run."

@@ -56,7 +56,6 @@ class _Plan:
     title: str
     caption: str
     needs: str = ""
-    main: bool = False
 
 
 PLANS = (
@@ -69,7 +68,6 @@ PLANS = (
         " objects and scenes, each for itself; marks are moved sideways to be told apart. Broken gray lines"
         " are the baselines on the same views. A tie or an undecided label scores what a fair draw among its"
         " candidates would.",
-        main=True,
     ),
     _Plan(
         "gain",
@@ -79,7 +77,6 @@ PLANS = (
         "Score minus that of (0, 0) on the same views, in points of a hundred. Line: median of the"
         " configurations; dark band: nine tenths of them; pale band: all. The dotted line is the smallest"
         " effect of interest, one point: X2 needs every gain above 0 from two views on.",
-        main=True,
     ),
     _Plan(
         "spread",
@@ -97,7 +94,6 @@ PLANS = (
         "Each small bar is split by the share of the configurations with that level in which the part is"
         " reproduced, shows no effect, shows the opposite, or stays open. A column whose bars change from row"
         " to row depends on what the paper leaves open.",
-        main=True,
     ),
     _Plan(
         "lambdas",
@@ -105,7 +101,6 @@ PLANS = (
         figures.lambdas,
         "Accuracy over the two lambdas",
         "Default configuration: mean score, in %, of the first repetition at n = 3 and of all six views.",
-        main=True,
     ),
     _Plan(
         "information",
@@ -134,7 +129,23 @@ PLANS = (
 )
 
 
-def drawings(pictures: Data, design: Data, whole: bool = True) -> list[Drawing]:
+def main_drawing(found: Data) -> Drawing:
+    """Draw the figure that stands for all others: accuracy on the set that decides.
+
+    Parameters
+    ----------
+    found : mapping
+        See `verification.report.experiments.summary.summary`.
+
+    Raises
+    ------
+    InputError
+        The record has another shape than the figure needs.
+    """
+    return _drawing(PLANS[0], found["sets"][0], found["design"])
+
+
+def drawings(pictures: Data, design: Data) -> list[Drawing]:
     """Draw the figures of one set.
 
     Parameters
@@ -142,29 +153,26 @@ def drawings(pictures: Data, design: Data, whole: bool = True) -> list[Drawing]:
     pictures : mapping
         A set of `verification.report.experiments.summary.summary`.
     design : mapping
-    whole : bool
-        All figures, or the main ones alone.
 
     Raises
     ------
     InputError
         The record has another shape than a figure needs.
     """
-    made = []
-    for plan in PLANS:
-        absent = plan.needs and plan.needs not in pictures["default"]["case"]
-        if absent or not (whole or plan.main):
-            continue
-        name = f"{pictures['name']}-{plan.name}"
-        caption = f"{plan.caption} Pictures: {pictures['name']}."
-        label = f"{plan.title}. {caption}"
-        try:
-            svg = drawn(partial(_draw, plan, pictures, design), plan.height, name, label)
-        except (KeyError, TypeError, ValueError, IndexError) as problem:
-            must = "must have the shape that its figure draws"
-            raise InputError(f"experiments, {name}", value=str(problem), must=must) from None
-        made.append(Drawing(name, plan.title, caption, compact(svg)))
-    return made
+    case = pictures["default"]["case"]
+    return [_drawing(plan, pictures, design) for plan in PLANS if not plan.needs or plan.needs in case]
+
+
+def _drawing(plan: _Plan, pictures: Data, design: Data) -> Drawing:
+    name = f"{pictures['name']}-{plan.name}"
+    caption = f"{plan.caption} Pictures: {pictures['name']}."
+    label = f"{plan.title}. {caption}"
+    try:
+        svg = drawn(partial(_draw, plan, pictures, design), plan.height, name, label)
+    except (KeyError, TypeError, ValueError, IndexError) as problem:
+        must = "must have the shape that its figure draws"
+        raise InputError(f"experiments, {name}", value=str(problem), must=must) from None
+    return Drawing(name, plan.title, caption, compact(svg))
 
 
 def _draw(plan: _Plan, pictures: Data, design: Data, canvas: Canvas) -> None:

@@ -19,6 +19,7 @@ from verification.report.experiments.blocks import Picture
 from verification.report.experiments.markdown import lines
 from verification.report.experiments.section import section
 from verification.report.experiments.summary import summary
+from verification.report.mathml import set_formulas
 from verification.report.words import TONES
 
 TITLE = "The experiments, done again on simulated scenes and photographs"
@@ -103,6 +104,7 @@ def environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters |= {
+        "formulas": set_formulas,
         "tone": lambda verdict: TONES[Verdict(verdict)],
         "base64": lambda data: base64.b64encode(data).decode(),
     }

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from convexperc.errors import InputError
-from verification.ledger.claims import PROTOCOL
+from verification.ledger.claims import PARTS, PROTOCOL
 from verification.ledger.surveys import DECIDING
 from verification.report.experiments import tables
 from verification.report.experiments.advice import advice
@@ -34,7 +34,7 @@ RULES = (
 )
 
 
-def section(found: Data, sheets: Mapping[str, bytes], whole: bool = True) -> list[Block]:
+def section(found: Data, sheets: Mapping[str, bytes]) -> list[Block]:
     """All blocks of the section.
 
     Parameters
@@ -43,8 +43,6 @@ def section(found: Data, sheets: Mapping[str, bytes], whole: bool = True) -> lis
         See `verification.report.experiments.summary.summary`.
     sheets : mapping of str to bytes
         JPEG by name.
-    whole : bool
-        All figures of every set; else of the set that decides, and the main ones of the others.
 
     Raises
     ------
@@ -52,7 +50,7 @@ def section(found: Data, sheets: Mapping[str, bytes], whole: bool = True) -> lis
         The record lacks something that a table or a figure needs.
     """
     try:
-        return list(_blocks(found, sheets, whole))
+        return list(_blocks(found, sheets))
     except (KeyError, TypeError, ValueError, IndexError) as problem:
         if isinstance(problem, InputError):
             raise
@@ -60,22 +58,24 @@ def section(found: Data, sheets: Mapping[str, bytes], whole: bool = True) -> lis
         raise InputError("experiments", value=told, must="must have what the tables show") from None
 
 
-def _blocks(found: Data, sheets: Mapping[str, bytes], whole: bool) -> Iterator[Block]:
+def _blocks(found: Data, sheets: Mapping[str, bytes]) -> Iterator[Block]:
     sets, design = found["sets"], found["design"]
     yield Paragraph(
-        "This evidence was read from a stored record; it was not found by the run that wrote this report. The"
-        " record is bound by its digest, the pictures by theirs, and its verdicts were counted again from its"
-        " configurations."
+        "This evidence comes from a stored record; it was not found by the run that wrote this page. The"
+        " record is bound by its digest, and the pictures by theirs; the verdicts were counted again from"
+        " its configurations."
     )
     yield Listing(tuple(_origin(found)))
     yield Heading("Verdicts by part")
     yield tables.verdicts(sets)
     for pictures in sets:
         yield tables.deciding(pictures)
+    yield Heading("What is compared")
+    yield Listing(tuple((key, _compared(key)) for key in found["sets"][0]["claims"]))
     yield Heading("Rules, and what had been seen when they were written")
     yield Listing(tuple((name, _sentence(text)) for name, text in RULES))
     for pictures in sets:
-        yield from _of_set(pictures, design, sheets, whole)
+        yield from _of_set(pictures, design, sheets)
     yield Heading("What a user should know")
     for pictures in sets:
         yield Heading(f"On the {pictures['name']}", 1)
@@ -87,17 +87,28 @@ def _blocks(found: Data, sheets: Mapping[str, bytes], whole: bool) -> Iterator[B
             yield tables.confusion(pictures)
 
 
-def _of_set(pictures: Data, design: Data, sheets: Mapping[str, bytes], whole: bool) -> Iterator[Block]:
+def _of_set(pictures: Data, design: Data, sheets: Mapping[str, bytes]) -> Iterator[Block]:
     decides = pictures["name"] == DECIDING
     yield Heading(f"Results: {pictures['name']}")
     yield Paragraph(_described(pictures))
     yield tables.baselines(pictures, design)
     yield tables.scores(pictures, design)
     yield from tables.divided(pictures, design)
-    for drawing in drawings(pictures, design, whole or decides):
+    for drawing in drawings(pictures, design):
         yield Picture(drawing)
     if decides:
         yield from (Sheet(name, _caption(name), data) for name, data in sheets.items())
+
+
+def _compared(key: str) -> str:
+    """The statement of a part, the statistic that is compared, and on which scenes."""
+    part = PARTS[key]
+    if (rule := part.rule) is None:
+        raise ValueError(f"{key} is no part about the experiments")
+    least = f"smallest effect {rule.smallest_effect:g}" if rule.smallest_effect else "no smallest effect"
+    count = "one comparison" if rule.comparisons == 1 else f"{rule.comparisons} comparisons"
+    told = (part.statement, f"compared: {rule.statistic}", f"on {rule.scenes}; {count}, {least}")
+    return " ".join(map(_sentence, told))
 
 
 def _origin(found: Data) -> Iterator[tuple[str, str]]:

@@ -21,7 +21,8 @@ def verdicts(sets: Sequence[Data]) -> Table:
                 numbers = [number(told[name]) for name in ("statistic", "lower", "upper")]
                 counts = [str(found[name]) for name in (*OUTCOMES, "agreeing")]
                 words = (short(key), each["name"], found["verdict"])
-                rows.append((*words, *counts, told["outcome"], *numbers, str(told["units"])))
+                scenes = (str(told["units"]), str(told["left_out"]))
+                rows.append((*words, *counts, told["outcome"], *numbers, *scenes))
     configurations = max(each["readings"] for each in sets)
     title = (
         f"Verdicts of the sensitivity analysis over {configurations} configurations: in how many a part is"
@@ -31,7 +32,7 @@ def verdicts(sets: Sequence[Data]) -> Table:
     )
     counted = ("reproduced", "no effect", "opposite", "open", "means agree")
     head = ("part", "pictures", "verdict", *counted, "default outcome", "statistic", "lower", "upper")
-    return Table(title, (*head, "scenes"), tuple(rows), words=(0, 1, 2, 8))
+    return Table(title, (*head, "scenes", "left out"), tuple(rows), words=(0, 1, 2, 8))
 
 
 def deciding(pictures: Data) -> Table:

@@ -1,0 +1,88 @@
+"""What the verdicts of a run rest on, and how to check it."""
+
+from typing import NamedTuple
+
+from verification.ledger.evidence import Verdict
+from verification.report import words
+from verification.report.contents import Report
+from verification.report.proofs import Proofs
+from verification.report.sentences import listed, many, replay
+
+
+class Basis(NamedTuple):
+    """What some verdicts rest on."""
+
+    verdicts: tuple[Verdict, ...]
+    rests_on: str
+    check: str
+
+
+def bases(report: Report, proofs: Proofs) -> list[Basis]:
+    """One row for each kind of evidence that this run has."""
+    made = [_counterexamples(report), _proofs(report, proofs), _cases(report), _experiments(report)]
+    return [each for each in made if each is not None]
+
+
+def made(report: Report) -> tuple[str, str]:
+    """The day and the commit of the run, as far as they are known."""
+    machine = report.volatile.get("machine", report.volatile)
+    machine = machine if isinstance(machine, dict) else {}
+    return str(machine.get("date", "unknown date"))[:16].replace("T", " "), str(
+        machine.get("commit", "unknown")
+    )
+
+
+def _counterexamples(report: Report) -> Basis | None:
+    confirmed = [each for part in report.parts for each in part.counterexamples if each.confirmed]
+    if not confirmed:
+        return None
+    text = (
+        f"{many(confirmed, 'counterexample')}, confirmed again in this run: in exact rational arithmetic or"
+        " ball arithmetic or, for statements about a program, by running it beside a proved interval."
+    )
+    return Basis((Verdict.REFUTED,), text, replay("ID"))
+
+
+def _proofs(report: Report, proofs: Proofs) -> Basis | None:
+    if not proofs.listed:
+        return None
+    told = listed(
+        [f"{count} by {checker}" for checker, count in proofs.by_checker.items() if checker in words.MACHINES]
+    )
+    others = [
+        f"{count} ({checker})"
+        for checker, count in proofs.by_checker.items()
+        if checker not in words.MACHINES
+    ]
+    text = (
+        f"{many(proofs.listed, 'written proof')} with {len(proofs.steps)} different steps. Steps that a"
+        f" machine checked in this run: {told}."
+    )
+    if others:
+        text += f" No machine checks the others: {listed(others)}."
+    text += f" How the steps combine is argued in {words.THEOREM}."
+    claim = next(proof.part.claim for proof in proofs.listed)
+    return Basis((Verdict.HOLDS, Verdict.HOLDS_UNDER), text, f"python -m verification run --claim {claim}")
+
+
+def _cases(report: Report) -> Basis | None:
+    held = sum(part.cases.held for part in report.parts)
+    if not held:
+        return None
+    text = (
+        "Cases that were drawn from families of problems, without a failure. In all, the cases of this run"
+        f" held {held:,} times. Another seed or a longer profile draws others."
+    )
+    return Basis((Verdict.SUPPORTED,), text, "python -m verification run --profile full --seed 1")
+
+
+def _experiments(report: Report) -> Basis | None:
+    if report.experiments is None:
+        return None
+    text = (
+        "A stored record of the experiments, bound by its SHA-256"
+        f" ({str(report.experiments['record'])[:12]}...), which this run read and did not measure. Its"
+        " verdicts were counted again from its configurations."
+    )
+    verdicts = (Verdict.REPRODUCED, Verdict.DEPENDS, Verdict.NOT_REPRODUCED, Verdict.OPPOSITE)
+    return Basis(verdicts, text, str(report.experiments["command"]))
