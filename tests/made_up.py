@@ -28,7 +28,7 @@ REFUTED = {
     "D1/printed": "X = o = w = lambda2 = 1, lambda1 = 0, u = 0: the equation gives 1/2, the derivative is 1",
     "L2/inequality": "v = (1, 0), t = (1, 1): 2 - 2/2 = 1 > 1/2 = 1 - 1/2",
     "T1a/printed/gauss_seidel": "iteration 1: F 4 -> 9, a rise of 5; F* = 1",
-    "T1b/printed/gauss_seidel": "X = o = lambda1 = lambda2 = 1, lambda3 = 0: F -> 13/16, F* = 3/4",
+    "T1b/printed/gauss_seidel": "F >= 0.79 > F* = 3/4; F = 13/16 at the fixed point",
     "S1/optimal": "X = 1, o = 1/100000000: the value is 1.26 F*",
 }
 SETTINGS = {

@@ -11,6 +11,8 @@ from verification.report.sentences import examples, listed, many
 
 RISE = re.compile(r"iteration (\d+): F (\S+) -> (\S+), ")
 """How a record of a rise tells its numbers: `verification.counterexamples.loops.confirm_rise`."""
+WRONG_LIMIT = re.compile(r"F\* = (\S+); F = (\S+) at the fixed point")
+"""The same of a wrong limit."""
 SMALLEST = "the smallest in whole numbers"
 """What the size of a record says if an exhaustive search found nothing smaller."""
 PROVED = (Verdict.HOLDS, Verdict.HOLDS_UNDER)
@@ -72,29 +74,48 @@ def findings(report: Report) -> list[Finding]:
 def _theorem(report: Report) -> Finding | None:
     claims = {claim.id: claim for claim in report.claims}
     first, second = claims.get("T1a"), claims.get("T1b")
-    told = [_descent(first)] if first else []
-    if second and second.verdict is Verdict.REFUTED:
-        told.append("The printed iteration can also settle at a value above the optimum F*.")
-    elif second:
-        told.append(f"That the printed iteration tends to the optimum F*: {_verdict(second)}.")
-    if not told:
+    judged = tuple(claim.id for claim in (first, second) if claim)
+    if not judged:
         return None
-    if first and second is None:
-        told.append("Its limit was not judged in this run.")
-    return Finding(" ".join(told), tuple(claim.id for claim in (first, second) if claim))
+    told = ["Theorem 1 states that the iteration of Algorithm 1 converges to the minimum F*."]
+    if Verdict.REFUTED in [claim.verdict for claim in (first, second) if claim]:
+        told.append("As printed, this is false.")
+    told += [_descent(first)] if first else []
+    told.append(_limit(second, first) if second else "Its limit was not judged in this run.")
+    return Finding(" ".join(told), judged)
 
 
 def _descent(claim: JudgedClaim) -> str:
+    """What happens to F from one iteration to the next."""
     if claim.verdict is not Verdict.REFUTED:
-        return f"That the printed update of Theorem 1 never raises F: {_verdict(claim)}."
-    told = "Theorem 1 is false as printed"
+        return f"That the printed update never raises F: {_verdict(claim)}."
     for _, found in examples(claim):
         if numbers := RISE.match(found.finding):
             iteration, before, after = numbers.groups()
             smallest = "the smallest counterexample" if SMALLEST in found.size else "a counterexample"
-            where = found.given.partition(";")[0]
-            return f"{told}: on {smallest}, {where}, iteration {iteration} raises F from {before} to {after}."
-    return f"{told}: F can rise from one iteration to the next."
+            where = ", ".join(["", *_data(found), ""])
+            return f"On {smallest}{where or ', '}iteration {iteration} raises F from {before} to {after}."
+    return "F can rise from one iteration to the next."
+
+
+def _limit(claim: JudgedClaim, before: JudgedClaim | None) -> str:
+    """Where F tends to; of its data what differs from the counterexample that was told before."""
+    if claim.verdict is not Verdict.REFUTED:
+        return f"That its values tend to F*: {_verdict(claim)}."
+    for _, found in examples(claim):
+        if numbers := WRONG_LIMIT.search(found.finding):
+            least, end = numbers.groups()
+            known = [each for _, shown in examples(before)[:1] for each in _data(shown)] if before else []
+            data = _data(found)
+            changed = [each for each in data if each not in known]
+            other = f"With {', '.join(changed)} instead" if 0 < len(changed) < len(data) else "On another one"
+            return f"{other}, it settles at F = {end}, although F* = {least}."
+    return "It can settle at a value above F*."
+
+
+def _data(found: Refutation) -> list[str]:
+    """The data of a counterexample, one by one."""
+    return found.given.partition(";")[0].split(", ") if found.given else []
 
 
 def _repair(report: Report) -> Finding | None:
@@ -102,7 +123,7 @@ def _repair(report: Report) -> Finding | None:
     descent, limit = [parts[key] for key in DESCENT if key in parts], parts.get(LIMIT)
     if not descent or limit is None:
         return None
-    corrections = "|w_i| in place of w_i, and a factor 2 on the weights of both norms"
+    corrections = "|w_i| in place of w_i, and lambda2 and lambda3 in place of their halves"
     if all(part.verdict in PROVED for part in descent):
         told = f"With two corrections, {corrections}, F never rises."
     else:
@@ -154,13 +175,18 @@ def _advice(report: Report) -> Finding | None:
 
 
 def right(report: Report) -> list[JudgedClaim]:
-    """The paper's claims whose verdict is in their favour."""
-    return [claim for claim in report.claims if claim.voice is Voice.PAPER and claim.verdict in RIGHT]
+    """The paper's claims whose verdict is in their favour; of the experiments see `right_parts`."""
+    claims = [claim for claim in report.claims if claim.voice is Voice.PAPER and not claim.surveyed]
+    return [claim for claim in claims if claim.verdict in RIGHT]
 
 
 def right_parts(report: Report) -> list[JudgedPart]:
-    """Stated parts of the paper's other claims whose verdict is in their favour."""
-    others = [claim for claim in report.claims if claim.voice is Voice.PAPER and claim.verdict not in RIGHT]
+    """Stated parts of the paper's other claims whose verdict is in their favour.
+
+    A claim about an experiment may name figures that are variants and were not found: its parts are exact.
+    """
+    taken = [claim.id for claim in right(report)]
+    others = [claim for claim in report.claims if claim.voice is Voice.PAPER and claim.id not in taken]
     stated = [part for claim in others for part in claim.parts if part.role is Role.STATED]
     return [part for part in stated if part.verdict in RIGHT]
 
@@ -171,9 +197,9 @@ def structure(report: Report) -> str:
     if not all(key in parts and parts[key].verdict in PROVED for key in DESCENT):
         return ""
     return (
-        "The structure of Algorithm 1 is sound: it replaces each norm by a weighted square and solves two"
-        " linear systems in turn. With the two corrections above, this is a descent method for F, in either"
-        " order of the two updates (T1c)."
+        "The structure of Algorithm 1, iteratively reweighted least squares, is sound: it replaces each"
+        " norm by a weighted square and solves two linear systems in turn. With the two corrections above,"
+        " this is a descent method for F, in either order of the two updates (T1c)."
     )
 
 

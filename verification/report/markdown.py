@@ -35,12 +35,16 @@ def _top(report: Report) -> Iterator[str]:
     yield from (f"# {words.TITLE}", "")
     yield from (f"On *{words.PAPER}* by {words.AUTHORS}, [arXiv:{words.ARXIV}]({words.LINK}).", "")
     yield from (made(report), "")
-    yield from (f"It minimises {code(symbols.OBJECTIVE)} for each known object.", "")
+    yield from (
+        "For each known object, the paper minimises a function of a weight for each view, w, and for each"
+        f" feature, u: {code(symbols.OBJECTIVE)}",
+        "",
+    )
     if partial := sentences.partial(report):
         yield from (f"**{prose(partial)}**", "")
     yield from (f"**{prose(sentences.outcome(report))}**", "")
-    yield from (f"- {prose(line)}" for line in report.outcome.messages)
-    yield ""
+    if report.outcome.messages:
+        yield from (*(f"- {prose(line)}" for line in report.outcome.messages), "")
     for each in findings.findings(report):
         claims = f" ({', '.join(map(link, each.claims))})" if each.claims else ""
         yield from (f"{marked(each.text)}{claims}", "")

@@ -473,7 +473,7 @@ def test_a_partial_report_speaks_of_its_claims_alone():
     for text in (page.text, content["report.md"].decode()):
         squeezed = " ".join(text.split())
         assert told in squeezed
-        assert "Theorem 1 is false as printed" in squeezed
+        assert "As printed, this is false." in squeezed
         assert "Its limit was not judged in this run." in squeezed
         assert "With two corrections" not in squeezed, "of a claim that was not selected"
         assert "about experiments" not in squeezed
