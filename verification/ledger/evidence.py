@@ -14,8 +14,8 @@ from verification.ledger.surveys import Survey
 class Verdict(StrEnum):
     """What the evidence says of a part of a claim, or of the whole claim.
 
-    ``holds``: a written proof, each of whose algebraic steps a machine checked, while theorems of the literature
-    are cited and its joints are argued in words; ``holds under``: the same, on a condition that is named;
+    ``holds``: a written proof; a machine checked each algebraic step, theorems of the literature are cited,
+    and what joins the steps is argued in words; ``holds under``: the same, on a condition that is named;
     ``supported``: tested on the stated number of cases without a failure; ``refuted``: a counterexample is
     stored and was confirmed in exact arithmetic; ``inconclusive``: none of these; ``not testable here``.
 
@@ -47,10 +47,11 @@ class Outcome(StrEnum):
 class Checker(StrEnum):
     """What verified a step of an argument.
 
-    ``identity``: two polynomials with rational coefficients, expanded, are equal; ``solvers``: z3 and cvc5 both
-    found the hypotheses satisfiable, and the negation of the conclusion not, over the reals; ``exact``: a
-    statement about given rational numbers, evaluated. The machine checks nothing of the other two: ``cited``, a
-    theorem of the literature, with its source; ``prose``, a joint of the proof that is argued in words.
+    ``identity``: two polynomials with rational coefficients, expanded, are equal; ``solvers``: z3 and cvc5
+    both found the hypotheses satisfiable over the reals, and the negation of the conclusion not; ``exact``: a
+    statement about given rational numbers, evaluated. The machine checks nothing of the other two:
+    ``cited``, a theorem of the literature, with its source; ``prose``, an inference that joins steps and is
+    argued in words.
     """
 
     IDENTITY = "exact identity"
@@ -72,7 +73,7 @@ class Step:
     Attributes
     ----------
     statement : str
-        Its name and, where a machine checked it, a gloss that states no relation: what was checked is `source`.
+        Its name and, where a machine checked it, a gloss that states no relation: `source` was checked.
     checker : Checker
     passed : bool
         Whether the checker accepted it; always True where no machine checks.
@@ -173,6 +174,8 @@ class Refutation:
         "catalogue", or the search that found it.
     given : str
         The problem, the point and the update, in exact numbers where they are short.
+    basis : str
+        What the confirmation rests on.
     """
 
     id: str
@@ -182,6 +185,7 @@ class Refutation:
     size: str
     origin: str
     given: str = ""
+    basis: str = "exact arithmetic"
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 A step is made by a function that checks what it is given: `polynomials.identity`, `polynomials.exact`,
 `matrices.matrix_identity` or `reals.real`. What no machine checks is named beside them (`unchecked`): the
-theorems that are cited, and the joints. A step's statement starts with its name; docs/theorem.md is the proof,
-and uses these names.
+theorems that are cited, and the joints. A step's statement starts with its name; docs/theorem.md is the
+proof, and uses these names.
 """
 
 from collections.abc import Iterable

@@ -102,8 +102,8 @@ def attained() -> Argument:
         *joints("sums", "norms", "complement"),
         real(
             "attained-subspace",
-            "the directions that change neither Mz nor the penalty are a subspace L: a combination of two has no"
-            " penalty, term by term",
+            "the directions that change neither Mz nor the penalty are a subspace L: a combination of two"
+            " has no penalty, term by term",
             ["n >= 0", "n <= abs(c)*r + s", "l*r == 0", "l*s == 0"],
             "l*n == 0",
             **TERMS,
@@ -118,8 +118,8 @@ def attained() -> Argument:
         ),
         cited(
             "attained-sphere",
-            "max(||Mz||, g(z)) is continuous and > 0 on the unit sphere of the complement of L, g the penalties:"
-            " it has a minimum mu > 0 there, and is >= mu ||z|| on the complement by homogeneity",
+            "max(||Mz||, g(z)) is continuous and > 0 on the unit sphere of the complement of L, g the"
+            " penalties: it has a minimum mu > 0 there, and is >= mu ||z|| on the complement by homogeneity",
             WEIERSTRASS,
         ),
         real(

@@ -133,8 +133,8 @@ def stationary() -> tuple[Step, ...]:
         slope_modality(),
         real(
             "limit-subspace",
-            "a change within the support of a limit point does not lower F: the slopes of the penalties cancel v"
-            " and g",
+            "a change within the support of a limit point does not lower F: the slopes of the penalties"
+            " cancel v and g",
             ["v == -x", "g == -y", "P >= x*h", "R >= y*k", "S >= 0"],
             "v*h + g*k + P + R + S >= 0",
             v="v_j",

@@ -41,7 +41,8 @@ def growth() -> tuple[Step, ...]:
         quadratic_part(),
         real(
             "growth-bracket",
-            "from an optimum, where its own bracket is 0, an entry's change is its bracket; a block's likewise",
+            "from an optimum, where its own bracket is 0, an entry's change is its bracket; a block's"
+            " likewise",
             ["v*s + l*abs(s) == 0"],
             "v*(w - s) + l*abs(w) - l*abs(s) == l*abs(w) + v*w",
             w="w_j",
@@ -88,8 +89,8 @@ def growth_of_an_entry() -> tuple[Step, ...]:
         ),
         real(
             "growth-view-side",
-            "where |v_j| equals lambda2, the bracket grows like |w_j| on the wrong side of 0, and likewise its"
-            " square",
+            "where |v_j| equals lambda2, the bracket grows like |w_j| on the wrong side of 0, and likewise"
+            " its square",
             ["l > 0", "v*w > 0", "abs(w) <= R"],
             "l*abs(w) + v*w >= l*abs(w) and R*(l*abs(w) + v*w) >= l*w**2",
             w="w_j",
@@ -114,7 +115,8 @@ def growth_of_a_block() -> tuple[Step, ...]:
         ),
         real(
             "growth-block",
-            "such a bracket grows at least like the squared distance from the ray of -g: s on its side, r else",
+            "such a bracket grows at least like the squared distance from the ray of -g: s on its side, r"
+            " else",
             ["l > 0", "r > 0", "r <= R", "r**2 == t**2 + q**2"],
             "2*R*l*(r - t) >= l*q**2 and (t >= 0 or 2*R*l*(r - t) >= l*r**2)",
             l="lambda3",
@@ -176,8 +178,8 @@ def subgradient() -> tuple[Step, ...]:
         ),
         real(
             "rate-strict",
-            "at a strict zero its product with w_j(i+1) is at most a constant times its share of the fall (both"
-            " times |w_j(i)|/lambda2)",
+            "at a strict zero its product with w_j(i+1) is at most a constant times its share of the fall"
+            " (both times |w_j(i)|/lambda2)",
             ["b >= 0", "t > 0", "t < 1", "b <= t*a"],
             "(1-t)*b*(a-b) <= t*(a-b)**2",
             a="|w_j(i)|",

@@ -161,7 +161,8 @@ def gradient() -> tuple[Step, ...]:
         ),
         matrix_identity(
             "smooth-gradient-u",
-            "the gradient in u likewise (Gauss-Seidel; for Jacobi the last term and dw in the residual are absent)",
+            "the gradient in u likewise (Gauss-Seidel; for Jacobi the last term and dw in the residual are"
+            " absent)",
             "2*l1*X.T*(X*u - w) + 2*B*u",
             "2*((l1*X.T*X + B)*(u + du) - l1*X.T*(w + dw)) - 2*(l1*X.T*X + B)*du + 2*l1*X.T*dw",
         ),

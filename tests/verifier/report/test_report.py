@@ -241,7 +241,7 @@ def test_junit_has_a_case_a_part_and_fails_where_the_verdict_is_another():
 
 
 def test_hostile_strings_stay_text():
-    step = Step(EVIL, Checker.Z3, True, EVIL)
+    step = Step(EVIL, Checker.SOLVERS, True, EVIL, EVIL)
     found = rendered(
         evidence(
             settings=SETTINGS | {"command": EVIL, "profile": EVIL, EVIL: {EVIL: EVIL}},

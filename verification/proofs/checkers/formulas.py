@@ -52,7 +52,7 @@ COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 
 
 STATED = re.compile(r"[<>=]|\b(?:for (?:all|any|each|every)|always|everywhere|never)\b")
-"""What states a relation or a range: left to the formula, so that a gloss cannot claim more than was checked."""
+"""What states a relation or a range: left to the formula, so that a gloss claims no more than was checked."""
 
 
 def legend(gloss: str, where: Mapping[str, str], used: Iterable[str]) -> str:
@@ -65,7 +65,7 @@ def legend(gloss: str, where: Mapping[str, str], used: Iterable[str]) -> str:
     where : mapping of str to str
         The meaning of names, in the notation of the paper.
     used : iterable of str
-        The names that have to be explained: all in the formula but those of `docs/theorem.md`.
+        The names to be explained: all in the formula but those that mean the same everywhere.
 
     Returns
     -------

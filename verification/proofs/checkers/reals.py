@@ -113,6 +113,8 @@ class _Term:
     def __ge__(self, other: "_Term") -> "_Term":
         return _term(">=", self, other)
 
+    __hash__ = object.__hash__
+
     def __eq__(self, other: Any) -> Any:
         return _term("=", self, other)
 
