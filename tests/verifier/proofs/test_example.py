@@ -27,7 +27,7 @@ def recursion(order: str, steps: int) -> list[tuple[Fraction, Fraction]]:
 @pytest.mark.parametrize("order", ["gauss_seidel", "jacobi"])
 def test_the_loop_follows_the_recursion_and_stays_above_every_geometric_rate(order: str) -> None:
     trace = run(
-        PROBLEM, variant="corrected", order=order, tolerance=0, max_iterations=STEPS, keep_iterates=True
+        PROBLEM, variant="corrected", order=order, tolerance=0.0, max_iterations=STEPS, keep_iterates=True
     )
     w, u, k = trace.path_w[:, 0], trace.path_u[:, 0], np.arange(STEPS + 1)
     exact = np.array([[float(each) for each in point] for point in recursion(order, 8)])
