@@ -21,6 +21,7 @@ DECIDING = (
     "opencv-python-headless",
     "pillow",
     "clarabel",
+    "cvc5",
     "cvxpy",
     "osqp",
     "hypothesis",

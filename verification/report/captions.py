@@ -56,7 +56,8 @@ FIGURES = (
         "How fast the corrected update converges",
         "(F - F*)/F* by iteration, both axes logarithmic. A straight line is a power of the iteration; a"
         " curve that bends down is faster than every power. Values of 0 or below, where rounding ends the"
-        " curve, are not drawn. The two upper curves and 1/(k+1)^2 lie one over the other.",
+        " curve, are not drawn. The dotted line 1/(2k+1)^2 is proved to lie below the curve of the corrected"
+        " update where one zero is not strict.",
     ),
     Figure(
         "cost",

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Sized
 from typing import NamedTuple
 
 from verification.ledger.claims import Role
-from verification.ledger.evidence import Outcome, Refutation, Verdict
-from verification.ledger.verdicts import case_word
+from verification.ledger.evidence import Argument, Outcome, Refutation, Verdict
+from verification.ledger.verdicts import case_word, trust_base
 from verification.problems.families import FAMILIES
 from verification.report import captions, words
 from verification.report.contents import Cases, JudgedClaim, JudgedPart, Report
@@ -182,8 +182,13 @@ def why(claim: JudgedClaim) -> str:
     return f"{sentence(shown[0][1].finding)}{instead}"
 
 
+def proof(argument: Argument) -> str:
+    """Whether a proof passed, and what it rests on."""
+    return f"{'Written proof' if argument.passed else 'Proof that failed'}, {trust_base(argument.steps)}"
+
+
 def replay(identity: str) -> str:
-    """The command that shows a counterexample step by step."""
+    """The command that shows a counterexample iteration by iteration."""
     return f"python -m verification replay {identity}"
 
 

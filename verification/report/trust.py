@@ -1,12 +1,16 @@
 """What the verdicts of a run rest on, and how to check it."""
 
+from collections import Counter
 from typing import NamedTuple
 
-from verification.ledger.evidence import Verdict
+from verification.ledger.evidence import Checker, Verdict
 from verification.report import words
 from verification.report.contents import Report
 from verification.report.proofs import Proofs
 from verification.report.sentences import listed, many, replay
+
+UNCHECKED = {Checker.CITED: "cited theorems", Checker.PROSE: "inferences in words"}
+"""What no machine checks."""
 
 
 class Basis(NamedTuple):
@@ -27,40 +31,29 @@ def made(report: Report) -> tuple[str, str]:
     """The day and the commit of the run, as far as they are known."""
     machine = report.volatile.get("machine", report.volatile)
     machine = machine if isinstance(machine, dict) else {}
-    return str(machine.get("date", "unknown date"))[:16].replace("T", " "), str(
-        machine.get("commit", "unknown")
-    )
+    day = str(machine.get("date", "unknown date"))[:16].replace("T", " ")
+    return day, str(machine.get("commit", "unknown"))
 
 
 def _counterexamples(report: Report) -> Basis | None:
     confirmed = [each for part in report.parts for each in part.counterexamples if each.confirmed]
     if not confirmed:
         return None
-    text = (
-        f"{many(confirmed, 'counterexample')}, confirmed again in this run: in exact rational arithmetic or"
-        " ball arithmetic or, for statements about a program, by running it beside a proved interval."
-    )
+    by = Counter(each.basis for each in confirmed)
+    told = listed([f"{count} by {basis}" for basis, count in sorted(by.items())])
+    text = f"{many(confirmed, 'counterexample')}, confirmed again in this run: {told}."
     return Basis((Verdict.REFUTED,), text, replay("ID"))
 
 
 def _proofs(report: Report, proofs: Proofs) -> Basis | None:
     if not proofs.listed:
         return None
-    told = listed(
-        [f"{count} by {checker}" for checker, count in proofs.by_checker.items() if checker in words.MACHINES]
-    )
-    others = [
-        f"{count} ({checker})"
-        for checker, count in proofs.by_checker.items()
-        if checker not in words.MACHINES
-    ]
-    text = (
-        f"{many(proofs.listed, 'written proof')} with {len(proofs.steps)} different steps. Steps that a"
-        f" machine checked in this run: {told}."
-    )
+    counted = proofs.by_checker.items()
+    checked = [f"{count} by {checker}" for checker, count in counted if checker.is_machine]
+    others = [f"{count} {UNCHECKED[checker]}" for checker, count in counted if not checker.is_machine]
+    text = f"{many(proofs.listed, 'written proof')}. Machines checked {listed(checked)}, each step once."
     if others:
-        text += f" No machine checks the others: {listed(others)}."
-    text += f" How the steps combine is argued in {words.THEOREM}."
+        text += f" No machine checks the {listed(others)}, which {words.THEOREM} gives."
     claim = next(proof.part.claim for proof in proofs.listed)
     return Basis((Verdict.HOLDS, Verdict.HOLDS_UNDER), text, f"python -m verification run --claim {claim}")
 

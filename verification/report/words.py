@@ -40,8 +40,9 @@ VOICES = {
 """Title of each group of claims, and what its statements are."""
 
 VERDICTS = {
-    Verdict.HOLDS: "There is a written proof whose algebraic steps a machine checked; theorems of the"
-    " literature are cited, and listed separately.",
+    Verdict.HOLDS: f"There is a written proof ({THEOREM}). A machine checked its algebraic steps; the"
+    " theorems of the literature that it cites, and the inferences that it makes in words"
+    " alone, are listed and counted separately.",
     Verdict.HOLDS_UNDER: "The same, but only under the condition that is named.",
     Verdict.SUPPORTED: "Tested on the stated number of cases without a failure. This is not a proof.",
     Verdict.REFUTED: "False as stated: a stored counterexample was confirmed again in this run, in exact"
@@ -130,6 +131,10 @@ LIMITATIONS = (
     " refuted, even if it is false in few places.",
     "We put each claim into formal parts. Where the paper's words allow several interpretations, one is"
     " marked as stated and decides the verdict; the others are judged beside it.",
+    "A proof is as sound as what checked its steps, and as the words between them. Of a step, the formula"
+    " was checked; what its letters stand for, and the words beside it, were not. Cited theorems and"
+    " inferences in words, such as how scalar steps add up in every dimension or pass to a limit, were"
+    " checked by no machine.",
     "The limit of an iteration cannot be observed. A run that reaches the limit of 150 iterations is"
     " undecided and never counts as a failure; one that meets a singular system has no next iterate and"
     " counts as a failure to converge.",
@@ -150,10 +155,11 @@ LIMITATIONS = (
 )
 
 CHECKERS = {
-    Checker.IDENTITY: "two polynomials with rational coefficients were expanded and compared",
-    Checker.Z3: "z3 found no real numbers that satisfy the premises and violate the conclusion",
+    Checker.IDENTITY: "two polynomials with rational coefficients, or two matrix expressions of any size,"
+    " were expanded and compared",
+    Checker.SOLVERS: "z3 and cvc5 each found real numbers that satisfy the hypotheses, and none that"
+    " satisfy them and violate the conclusion",
     Checker.EXACT: "a statement about given rational numbers was evaluated",
     Checker.CITED: "a theorem of the literature, which no machine checked here",
+    Checker.PROSE: f"an inference that joins steps; {THEOREM} argues it, and no machine checked it",
 }
-MACHINES = tuple(checker for checker in CHECKERS if checker is not Checker.CITED)
-"""What a machine checks."""
