@@ -16,8 +16,6 @@ LETTERS = frozenset("ABDFLQXZbcdeghijkmnopqrtuvwxyz")
 """Single letters that are symbols wherever they stand."""
 AMBIGUOUS = frozenset({"a", "A", "I", "s", "O"})
 """Letters that are words unless a sign beside them makes them symbols."""
-POINTS = frozenset({"z"})
-"""Letters whose ' marks another point, and no transpose."""
 TOGETHER = {name: tuple(name) for name in ("Xu", "Xo", "XX", "dw", "du", "dF")}
 """Symbols that the notation writes without a blank."""
 NAMES = frozenset({"acc", "argmin", "blockdiag", "diag", "inf", "log10", "max", "min", "sqrt", "sum"})
@@ -40,6 +38,9 @@ CLINGING = frozenset(",.;:)")
 """Marks that stay on the line of the formula before them."""
 LONG, BREAK = 36, "\0"
 """Letters of a formula that may be broken before its signs, and what marks these places until then."""
+WIDEST = 40
+"""Letters that a phone shows in one line; a wider matrix is left as it is written, which breaks anywhere."""
+TAG = re.compile("<[^>]*>")
 LEFT_OVER = re.compile(r"[\^|<>=]|->|(?<![A-Za-z]{3})_|\blambda(?!s\b)|\b(sqrt|diag|blockdiag)\b")
 """Signs of mathematics: a sentence with one of them in its text was not understood."""
 
@@ -75,14 +76,21 @@ def set_formulas(text: object) -> Markup:
             made += str(escape("".join(tokens[at:end])))
             at = end
         else:
-            long = len("".join(tokens[at : found.end])) > LONG
-            *before, last = found.xml.split(BREAK) if long else [found.xml.replace(BREAK, " ")]
-            made += "".join(f"<math>{piece}</math> " for piece in before)
+            plain = "".join(tokens[at : found.end])
             words, at = f"{words} ", found.end
             mark = tokens[at] if at < len(tokens) and tokens[at] in CLINGING else ""
-            made += f'<span class="nb"><math>{last}</math>{mark}</span>' if mark else f"<math>{last}</math>"
+            made += _set(found.xml, plain, mark)
             at += bool(mark)
     return Markup(f'<span class="math">{escape(text)}</span>' if LEFT_OVER.search(words) else made)
+
+
+def _set(xml: str, plain: str, mark: str) -> str:
+    """A formula and the mark after it; in pieces if it is long, as it is written if one would be too wide."""
+    *before, last = xml.split(BREAK) if len(plain) > LONG else [xml.replace(BREAK, " ")]
+    if max(len(TAG.sub("", piece)) for piece in (*before, last)) > WIDEST:
+        return f'<span class="math">{escape(plain)}</span>{mark}'
+    made = "".join(f"<math>{piece}</math> " for piece in before)
+    return made + (f'<span class="nb"><math>{last}</math>{mark}</span>' if mark else f"<math>{last}</math>")
 
 
 def _tokens(text: str) -> list[str]:
@@ -194,7 +202,7 @@ class _Parser:
         while end < len(self.tokens):
             mark = self.at(end)
             if mark == "'" and symbol:
-                raised = PRIME if self.at(start) in POINTS else TRANSPOSE
+                raised = TRANSPOSE if self._is_transposed(start, end) else PRIME
                 xml, end = f"<msup><mrow>{xml}</mrow><mo>{raised}</mo></msup>", end + 1
             elif mark == "*" and symbol and not self.at(end + 1)[:1].isdigit():
                 xml, end = f"<msup><mrow>{xml}</mrow><mo>*</mo></msup>", end + 1
@@ -205,6 +213,12 @@ class _Parser:
                 break
             bare = False
         return _Found(xml, end, bare)
+
+    def _is_transposed(self, start: int, end: int) -> bool:
+        """Whether ' means the transpose: of a matrix, or of a vector that is multiplied; else another point."""
+        return (
+            not self.at(start).islower() or self.at(end + 1)[:1].isalpha() or self.at(end + 1) in ("(", "|")
+        )
 
     def script(self, start: int) -> _Found | None:
         """What stands after ^ or _: a number with a sign, a name, a group."""

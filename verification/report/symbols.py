@@ -33,7 +33,10 @@ SYMBOLS = (
         " repeated until convergence. The update variants differ in D^w, D^u and the factor 1/2",
     ),
     ("A, B, Q", "in proofs: lambda2 D^w and lambda3 D^u; the quadratic above F that an update minimises"),
-    ("w(i), u(i)", "the iterates of Algorithm 1; t' is the transpose of t"),
+    (
+        "w(i), u(i)",
+        "the iterates of Algorithm 1; X' is the transpose of X; w' without a factor after it is another point",
+    ),
 )
 
 VARIANTS = (

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from made_up import evidence, judged, series
 from made_up_experiments import PARTS_X, experiments_record, sealed, written
+from matplotlib.figure import Figure
 from test_report import EVIL, Page
 from typer.testing import CliRunner
 
@@ -31,9 +32,11 @@ from verification.ledger.rules import Rule
 from verification.ledger.surveys import Comparison, Survey, Tally
 from verification.ledger.verdicts import judge_all, judge_part, judge_surveys, survey_judgement
 from verification.report import words
+from verification.report.experiments import figures
 from verification.report.experiments.figures import spaced
 from verification.report.experiments.pages import experiment_files, publish
 from verification.report.experiments.sheets import BUDGET, contact_sheets
+from verification.report.experiments.summary import summary
 from verification.report.write import files
 
 RUNNER = CliRunner(env={"COLUMNS": "200", "TERM": "dumb", "NO_COLOR": "1"})
@@ -379,6 +382,19 @@ def test_a_record_that_lacks_what_is_shown_is_refused_by_name(record, change):
     made = checked(changed(record, change), "experiments.json")
     with pytest.raises((InputError, KeyError, ValueError)):
         experiment_files(made)
+
+
+def test_a_few_large_losses_do_not_hide_the_effect_of_interest(record):
+    found = summary(checked(record, "experiments.json"))
+    pictures = found["sets"][0]
+    pictures["gain"] = [[[-0.8, -0.6, -0.002, 0.0, 0.02] for _ in row] for row in pictures["gain"]]
+    canvas = Figure()
+    figures.gain(canvas, pictures, found["design"])
+    for axes in canvas.axes:
+        zero, point, worst, best = (axes.transData.transform((1, y))[1] for y in (0, 1, -80, 2))
+        assert point - zero > (best - worst) / 10, "a tenth of the height"
+        assert {-10, -1, 0, 1} <= set(axes.get_yticks())
+        assert 100 not in axes.get_yticks()
 
 
 def test_labels_keep_apart_and_stay_inside():

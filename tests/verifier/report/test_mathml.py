@@ -57,7 +57,9 @@ W, SPACE = "<mi>w</mi>", "<mspace width='0.17em'/>"
         ("w*_j", f"<msub><mrow><msup><mrow>{W}</mrow><mo>*</mo></msup></mrow><mrow><mi>j</mi></mrow></msub>"),
         ("w^2.5", f"<msup><mrow>{W}</mrow><mrow><mn>2.5</mn></mrow></msup>"),
         ("w^-27", f"<msup><mrow>{W}</mrow><mrow><mo>\N{MINUS SIGN}</mo><mn>27</mn></mrow></msup>"),
-        ("w'", f"<msup><mrow>{W}</mrow><mo>\N{DOWN TACK}</mo></msup>"),
+        ("w'", f"<msup><mrow>{W}</mrow><mo>\N{PRIME}</mo></msup>"),
+        ("X'", "<msup><mrow><mi>X</mi></mrow><mo>\N{DOWN TACK}</mo></msup>"),
+        ("w'o", f"<msup><mrow>{W}</mrow><mo>\N{DOWN TACK}</mo></msup><mi>o</mi>"),
         ("w < 1", f"{W} <mo form='infix'>&lt;</mo> <mn>1</mn>"),
         ("2 w", f"<mn>2</mn> {SPACE}{W}"),
     ],
@@ -92,6 +94,21 @@ def test_words_stay_words(text: str) -> None:
 def test_what_is_not_understood_is_shown_as_it_is_written() -> None:
     assert str(set_formulas("lower <= F* <= upper")) == '<span class="math">lower &lt;= F* &lt;= upper</span>'
     assert "F's" in text_of(str(set_formulas("F's minimum F*")))
+
+
+def test_a_matrix_that_no_phone_can_show_stays_as_it_is_written() -> None:
+    wide = f"X = [{' '.join(['3.0000000000000004e-08'] * 8)}], o = [1]"
+    found = str(set_formulas(wide))
+    assert found.startswith('<span class="math">X = [3.0000000000000004e-08')
+    assert found.endswith(
+        "<math><mi>o</mi> <mo form='infix'>=</mo> <mrow><mo stretchy='false'>[</mo>"
+        "<mn>1</mn><mo stretchy='false'>]</mo></mrow></math>"
+    )
+    assert spelled(text_of(found)) == spelled(wide)
+    pieces = str(set_formulas("F(i) - F(i+1) >= ||X'dw||^2 + lambda1 ||dw||^2 + lambda1 ||X du||^2")).split(
+        "<math>"
+    )
+    assert len(pieces) == 6, "a long formula may be broken before each of its signs"
 
 
 def test_hostile_text_stays_text() -> None:

@@ -76,7 +76,9 @@ PLANS = (
         "Gain over lambda2 = lambda3 = 0, in all configurations",
         "Score minus that of (0, 0) on the same views, in points of a hundred. Line: median of the"
         " configurations; dark band: nine tenths of them; pale band: all. The dotted line is the smallest"
-        " effect of interest, one point: X2 needs every gain above 0 from two views on.",
+        " effect of interest, one point: X2 needs every gain above 0 from two views on. The scale is linear"
+        " within one point on either side of 0 and logarithmic beyond, so that a few configurations with"
+        " large losses do not hide the others.",
     ),
     _Plan(
         "spread",

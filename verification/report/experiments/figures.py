@@ -8,7 +8,7 @@ from jaxtyping import Float
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
 from verification.experiments.design import NOTHING
 from verification.report.drawing import COLORS, GRID, INK, MARKS, QUIET, line
@@ -20,6 +20,8 @@ SCALE = colormaps["cividis"].resampled(20)
 """Few enough colours for a colour bar that is drawn and not a picture."""
 LONGEST = 12
 """Letters of another baseline's name beside its line."""
+POINT = 1.0
+"""The smallest effect of interest, in points of a hundred; within it the scale of the gain is linear."""
 APART = 0.055
 """Least distance of two labels, as a share of the height of the axes."""
 
@@ -60,8 +62,20 @@ def gain(figure: Figure, pictures: Data, design: Data) -> None:
     for at, axes in zip(others, np.atleast_1d(panels), strict=True):
         _bands(axes, pictures["gain"][at], design, at)
         axes.axhline(0.0, color=INK, linewidth=1.0)
-        axes.axhline(1.0, color=QUIET, linewidth=0.9, linestyle=(0, (1, 2)))
+        axes.axhline(POINT, color=QUIET, linewidth=0.9, linestyle=(0, (1, 2)))
+        axes.set_yscale("symlog", linthresh=POINT, linscale=0.6)
+        axes.set_yticks(_decades(100.0 * np.array(pictures["gain"], dtype=np.float64)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_minor_locator(NullLocator())
         plain(axes, "views n", "gain, points" if at == others[0] else "")
+
+
+def _decades(values: Float[np.ndarray, "..."]) -> list[float]:
+    """0, the smallest effect on either side, and powers of 10 as far as the values go."""
+    powers = [POINT * 10.0**k for k in range(3)]
+    least, most = float(values.min()), float(values.max())
+    below = [-each for each in reversed(powers) if each == POINT or -each >= least]
+    return [*below, 0.0, *(each for each in powers if each == POINT or each <= most)]
 
 
 def _bands(axes: Axes, cells: Sequence[Sequence[float]], design: Data, at: int) -> None:
