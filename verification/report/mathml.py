@@ -12,7 +12,7 @@ from markupsafe import Markup, escape
 
 MINUS, TRANSPOSE, PRIME = "\N{MINUS SIGN}", "\N{DOWN TACK}", "\N{PRIME}"
 GREEK = {"lambda": "λ", "lambda1": "λ1", "lambda2": "λ2", "lambda3": "λ3", "eps": "ε", "phi": "φ"}
-LETTERS = frozenset("ABDFLQXZbcdeghijkmnopqrtuvwxyz")
+LETTERS = frozenset("ABDFGHKLMNQRSXZbcdeghijkmnopqrtuvwxyz")
 """Single letters that are symbols wherever they stand."""
 AMBIGUOUS = frozenset({"a", "A", "I", "s", "O"})
 """Letters that are words unless a sign beside them makes them symbols."""
@@ -215,10 +215,9 @@ class _Parser:
         return _Found(xml, end, bare)
 
     def _is_transposed(self, start: int, end: int) -> bool:
-        """Whether ' means the transpose: of a matrix, or of a vector that is multiplied; else another point."""
-        return (
-            not self.at(start).islower() or self.at(end + 1)[:1].isalpha() or self.at(end + 1) in ("(", "|")
-        )
+        """Whether ' means the transpose, of a matrix or of a vector that is multiplied; else another point."""
+        after = self.at(end + 1)
+        return not self.at(start).islower() or after[:1].isalpha() or after in ("(", "|")
 
     def script(self, start: int) -> _Found | None:
         """What stands after ^ or _: a number with a sign, a name, a group."""

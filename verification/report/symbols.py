@@ -35,7 +35,7 @@ SYMBOLS = (
     ("A, B, Q", "in proofs: lambda2 D^w and lambda3 D^u; the quadratic above F that an update minimises"),
     (
         "w(i), u(i)",
-        "the iterates of Algorithm 1; X' is the transpose of X; w' without a factor after it is another point",
+        "the iterates of Algorithm 1; X' is the transpose of X, and w' without a factor another point",
     ),
 )
 
