@@ -215,7 +215,7 @@ class _Parser:
         return _Found(xml, end, bare)
 
     def _is_transposed(self, start: int, end: int) -> bool:
-        """Whether ' means the transpose, of a matrix or of a vector that is multiplied; else another point."""
+        """Whether ' means the transpose, of a matrix or of a factor; else it marks another point."""
         after = self.at(end + 1)
         return not self.at(start).islower() or after[:1].isalpha() or after in ("(", "|")
 

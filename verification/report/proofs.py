@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator
+from itertools import groupby
 from typing import NamedTuple
 
 from verification.ledger.evidence import Argument, Checker, Step
@@ -35,6 +36,14 @@ class Proof(NamedTuple):
     part: JudgedPart
     argument: Argument
     steps: tuple[Used, ...]
+
+    @property
+    def runs(self) -> list[list[Used]]:
+        """Its steps, each that is shown here alone, those that are shown elsewhere together."""
+        groups = groupby(self.steps, key=lambda used: used.shown)
+        return [
+            run for shown, group in groups for run in ([[each] for each in group] if shown else [list(group)])
+        ]
 
 
 class Proofs(NamedTuple):

@@ -40,7 +40,7 @@ def _counterexamples(report: Report) -> Basis | None:
     if not confirmed:
         return None
     by = Counter(each.basis for each in confirmed)
-    told = listed([f"{count} by {basis}" for basis, count in sorted(by.items())])
+    told = listed([f"{count} ({basis})" for basis, count in sorted(by.items())])
     text = f"{many(confirmed, 'counterexample')}, confirmed again in this run: {told}."
     return Basis((Verdict.REFUTED,), text, replay("ID"))
 
@@ -49,9 +49,13 @@ def _proofs(report: Report, proofs: Proofs) -> Basis | None:
     if not proofs.listed:
         return None
     counted = proofs.by_checker.items()
-    checked = [f"{count} by {checker}" for checker, count in counted if checker.is_machine]
+    checked = {checker: count for checker, count in counted if checker.is_machine}
+    kinds = ", ".join(f"{count} {checker}" for checker, count in checked.items())
     others = [f"{count} {UNCHECKED[checker]}" for checker, count in counted if not checker.is_machine]
-    text = f"{many(proofs.listed, 'written proof')}. Machines checked {listed(checked)}, each step once."
+    text = (
+        f"{many(proofs.listed, 'written proof')}. A machine checked {sum(checked.values())} different steps"
+        f" ({kinds})."
+    )
     if others:
         text += f" No machine checks the {listed(others)}, which {words.THEOREM} gives."
     claim = next(proof.part.claim for proof in proofs.listed)

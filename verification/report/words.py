@@ -110,6 +110,11 @@ TERMS = (
         " the settings of the features",
     ),
     ("proved interval", "two numbers that are proved to enclose F*, with rounding errors included"),
+    (
+        "joint",
+        "an inference of a written proof that leads from one step to the next; it is argued in words, and"
+        " no machine checks it",
+    ),
     ("referee", "a slow computation of F* in exact arithmetic that shares no formula with the library"),
 )
 

@@ -6,6 +6,8 @@ import pytest
 from made_up import PROVED, REFUTED, argument, evidence, judged, refutation
 from test_report import Page, spelled
 
+from verification.counterexamples.files import catalogue
+from verification.counterexamples.given import given
 from verification.ledger.claims import CAUSES, CLAIMS, PARTS, Voice
 from verification.ledger.evidence import Argument, Checker, Evidence, Step, Verdict
 from verification.report import findings, words
@@ -14,6 +16,7 @@ from verification.report.contents import Report
 from verification.report.markdown import markdown
 from verification.report.page import page
 from verification.report.proofs import proofs
+from verification.run import series
 
 ALL_PROVED = [argument(key) for key in PROVED] + [
     argument("T1c/descent/jacobi"),
@@ -173,6 +176,23 @@ def test_each_step_is_shown_once_and_linked_from_where_it_is_used_again() -> Non
     assert "Together they have 4 steps, of which 3 are different" in " ".join(Page(text).text.split())
     whole = page(report).decode()
     assert set(re.findall(r'href="#(proof-\d+)"', whole)) == set(re.findall(r'id="(proof-\d+)"', whole))
+
+
+def test_the_figure_draws_the_counterexample_that_the_first_sentence_tells() -> None:
+    record = next(each for each in catalogue() if each.id == CAUSES["sign"].example)
+    drawn = series.counterexample()
+    F = drawn["runs"]["printed"]
+    assert given(record).startswith(
+        "X = [1], o = [-1], lambda1 = 1, lambda2 = 1, lambda3 = 0; printed update"
+    )
+    assert drawn["title"] == "n = d = 1, X = 1, o = -1, lambda1 = 1, lambda2 = 1, lambda3 = 0"
+    assert F[0] == 1.0
+    assert F[1] == pytest.approx(57 / 49, rel=1e-14)
+    assert sorted(F) == F, "the printed update raises F again and again"
+    falls = drawn["runs"]["corrected"]
+    assert falls == sorted(falls, reverse=True)
+    lower, upper = drawn["F_star"]
+    assert lower <= 0.75 <= upper
 
 
 def test_the_text_is_short_and_leads_to_the_page() -> None:
