@@ -40,10 +40,10 @@ class Proof(NamedTuple):
     @property
     def runs(self) -> list[list[Used]]:
         """Its steps, each that is shown here alone, those that are shown elsewhere together."""
-        groups = groupby(self.steps, key=lambda used: used.shown)
-        return [
-            run for shown, group in groups for run in ([[each] for each in group] if shown else [list(group)])
-        ]
+        runs: list[list[Used]] = []
+        for shown, group in groupby(self.steps, key=lambda used: used.shown):
+            runs += [[each] for each in group] if shown else [list(group)]
+        return runs
 
 
 class Proofs(NamedTuple):
