@@ -42,7 +42,8 @@ class Proof(NamedTuple):
         """Its steps, each that is shown here alone, those that are shown elsewhere together."""
         runs: list[list[Used]] = []
         for shown, group in groupby(self.steps, key=lambda used: used.shown):
-            runs += [[each] for each in group] if shown else [list(group)]
+            steps = list(group)
+            runs += [[each] for each in steps] if shown else [steps]
         return runs
 
 

@@ -84,9 +84,9 @@ def test_another_verdict_changes_the_sentence(part: str, said: str, never: str) 
 
 def test_of_a_second_counterexample_the_difference_is_told() -> None:
     made = []
-    for key, given in (("T1a", "X = [1], o = [-1]; printed"), ("T1b", "X = [1], o = [1]; printed")):
+    for key, data in (("T1a", "X = [1], o = [-1]; printed"), ("T1b", "X = [1], o = [1]; printed")):
         found = refutation(f"{key}/printed/gauss_seidel")
-        made.append(type(found)(**vars(found) | {"given": given}))
+        made.append(type(found)(**vars(found) | {"given": data}))
     others = without("T1a/printed/gauss_seidel", "T1b/printed/gauss_seidel")
     assert "With o = [1] instead, it settles" in first(told(refutations=[*others, *made]))
 
@@ -182,9 +182,9 @@ def test_the_figure_draws_the_counterexample_that_the_first_sentence_tells() -> 
     record = next(each for each in catalogue() if each.id == CAUSES["sign"].example)
     drawn = series.counterexample()
     F = drawn["runs"]["printed"]
-    assert given(record).startswith(
-        "X = [1], o = [-1], lambda1 = 1, lambda2 = 1, lambda3 = 0; printed update"
-    )
+    data, _, how = given(record).partition("; ")
+    assert data == "X = [1], o = [-1], lambda1 = 1, lambda2 = 1, lambda3 = 0"
+    assert how.startswith("printed update, Gauss-Seidel")
     assert drawn["title"] == "n = d = 1, X = 1, o = -1, lambda1 = 1, lambda2 = 1, lambda3 = 0"
     assert F[0] == 1.0
     assert F[1] == pytest.approx(57 / 49, rel=1e-14)
