@@ -97,7 +97,7 @@ def _arguments_checked_once(monkeypatch):
 def test_the_list_has_every_claim():
     text = expect(0, run("list")).stdout
     assert all(re.search(rf"│ {identity} +│", text) for identity in CLAIMS), text
-    assert "and 8 more" in text, text
+    assert "and 8" in text, text  # the rest may stand in the next line of its cell
 
 
 def test_help_imports_nothing_slow():
