@@ -119,7 +119,7 @@ TERMS = (
 )
 
 LIMITATIONS = (
-    "Supported refers to the cases that were tried and to no others. They come from families of problems"
+    '"Supported" refers to the cases that were tried and to no others. They come from families of problems'
     " that the authors of this report chose, and they are small: at most 4 views and 8 features.",
     "A profile tries a check on as many problems of each family as the settings say, an expensive check on"
     f" a part of that, and none on fewer than {PROFILES['quick'].least} (quick), {PROFILES['ci'].least} (ci)"
