@@ -31,8 +31,22 @@ CLOSED_BY = {"(": ")", "[": "]"}
 KEY = re.compile(r"[A-Z]\d[a-z]?(?:/\w+)+")
 """The key of a part."""
 TOKEN = re.compile(
-    rf"\s+|`[^`]*`|{KEY.pattern}|\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![A-Za-z])|\d+|'s(?![A-Za-z])"
-    r"|lambda[123]?(?![A-Za-z0-9])|[A-Za-z]{3,}(?:_[a-z]{2,})+|[A-Za-z][A-Za-z0-9]*(?:-[A-Za-z0-9]+)*|<=|>=|!=|->|\.\.|\|\||."
+    "|".join(
+        (
+            r"\s+",
+            r"`[^`]*`",  # code
+            KEY.pattern,
+            r"(?<=\s)-[a-z](?=\s+[a-z]{3})",  # an option of a command
+            r"\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![A-Za-z])",
+            r"\d+",
+            r"'s(?![A-Za-z])",  # of a genitive
+            r"lambda[123]?(?![A-Za-z0-9])",
+            r"[A-Za-z]{3,}(?:_[a-z]{2,})+",  # a name of a program
+            r"[A-Za-z][A-Za-z0-9]*(?:-[A-Za-z0-9]+)*",
+            r"<=|>=|!=|->|\.\.|\|\|",
+            r".",
+        )
+    )
 )
 CLINGING = frozenset(",.;:)")
 """Marks that stay on the line of the formula before them."""

@@ -84,6 +84,7 @@ def test_entries_of_a_matrix_are_no_differences() -> None:
         "(none)",
         "7 of 250 cases",
         "family one_view",
+        "python -m verification run",
     ],
 )
 def test_words_stay_words(text: str) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from verification.report.experiments.blocks import Block, Heading, Listing, Paragraph, Picture, Sheet, Table
-from verification.report.marks import prose, table
+from verification.report.marks import marked, prose, table
 
 
 def lines(blocks: Sequence[Block], level: int, folder: str = "", sheets: str = "sheets") -> Iterator[str]:
@@ -26,7 +26,7 @@ def lines(blocks: Sequence[Block], level: int, folder: str = "", sheets: str = "
             case Paragraph():
                 yield prose(block.text)
             case Listing():
-                yield from (f"- **{prose(name)}:** {prose(text)}" for name, text in block.items)
+                yield from (f"- **{prose(name)}:** {marked(text)}" for name, text in block.items)
             case Table():
                 yield from _table(block)
             case Picture(drawing):

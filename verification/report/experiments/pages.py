@@ -19,7 +19,9 @@ from verification.report.experiments.blocks import Picture
 from verification.report.experiments.markdown import lines
 from verification.report.experiments.section import section
 from verification.report.experiments.summary import summary
+from verification.report.findings import IN_WORDS
 from verification.report.mathml import set_formulas
+from verification.report.sentences import listed
 from verification.report.words import TONES
 
 TITLE = "The experiments, done again on simulated scenes and photographs"
@@ -117,7 +119,8 @@ def _lead(sets: list[Mapping[str, Any]]) -> str:
     told = []
     for each in sets:
         found = [claim["verdict"] for claim in each["claims"].values()]
-        counts = [f"{found.count(verdict)} {verdict.value}" for verdict in Verdict if verdict in found]
+        counted = {verdict: found.count(verdict) for verdict in IN_WORDS if verdict in found}
+        counts = [f"{count} {IN_WORDS[verdict][count != 1]}" for verdict, count in counted.items()]
         beside = "" if each["name"] == DECIDING else ", beside it"
-        told.append(f"{str(each['name']).capitalize()}{beside}: of {len(found)} parts {', '.join(counts)}.")
+        told.append(f"{str(each['name']).capitalize()}{beside}: of {len(found)} parts, {listed(counts)}.")
     return " ".join(told)

@@ -115,7 +115,7 @@ def _origin(found: Data) -> Iterator[tuple[str, str]]:
     yield "Record", f"SHA-256 {found['record']}"
     for pictures in found["sets"]:
         yield f"Pictures, {pictures['name']}", f"SHA-256 {pictures['digest']}"
-    yield "Made again by", found["command"]
+    yield "Made again by", f"`{found['command']}`"
 
 
 def _described(pictures: Data) -> str:
