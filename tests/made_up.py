@@ -48,10 +48,15 @@ MACHINE = {
 def argument(part, condition="", passed=True):
     steps = (
         Step(
-            f"2 a b <= a^2 + b^2, for {part}", Checker.Z3, passed, "hypotheses: none; negation unsatisfiable"
+            f"product: of two lengths, for {part}",
+            Checker.SOLVERS,
+            passed,
+            "2*a*b <= a**2 + b**2",
+            "a: ||x||",
         ),
-        Step("(a - b)^2 = a^2 - 2 a b + b^2", Checker.IDENTITY, True, "a, b: both sides expanded, 3 terms"),
+        Step("square: expanded", Checker.IDENTITY, True, "(a - b)**2 = a**2 - 2*a*b + b**2"),
         Step("a bounded monotone sequence converges", Checker.CITED, True, "any textbook of analysis"),
+        Step("sums: over the entries", Checker.PROSE, True, "docs/theorem.md 0"),
     )
     return Argument(part, PARTS[part].statement, condition, steps)
 
@@ -101,7 +106,7 @@ def series():
                 "corrected, critical": [(k + 1.0) ** -2 for k in ks],
                 "smoothed": [1e-6 + 0.7**k for k in ks] + ["nan"],
             },
-            "reference": "1/(k+1)^2",
+            "reference": "1/(2k+1)^2",
         },
         "cost": {
             name: {"x": [4, 8, 16, 32, 64], "y": [n**slope for n in (4, 8, 16, 32, 64)], "slope": slope}

@@ -133,7 +133,7 @@ def refusal(what, module, extra):
 
 def test_what_is_left_out_is_what_the_extras_bring():
     left_out = set(json.loads(absent()))
-    assert {"matplotlib", "mujoco", "hypothesis", "z3", "pytest"} <= left_out, left_out
+    assert {"matplotlib", "mujoco", "hypothesis", "cvc5", "z3", "pytest"} <= left_out, left_out
     assert not {"numpy", "cvxpy", "clarabel", "osqp", "numba", "flint", "cv2", "typer"} & left_out, left_out
 
 
@@ -206,9 +206,9 @@ def test_the_library_names_the_extra_before_it_does_anything(convexperc, argumen
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        ("run --claim D1", refusal("this command", "z3", "verify")),
-        ("report --claim D1", refusal("this command", "z3", "verify")),
-        ("report --evidence pyproject.toml", refusal("this command", "z3", "verify")),
+        ("run --claim D1", refusal("this command", "cvc5", "verify")),
+        ("report --claim D1", refusal("this command", "cvc5", "verify")),
+        ("report --evidence pyproject.toml", refusal("this command", "cvc5", "verify")),
         ("faults --json out.json", refusal("this command", "hypothesis", "verify")),
         ("experiments", refusal("drawing the scenes", "mujoco", "sim,verify")),
         ("experiments --no-simulate --photos .", refusal("this command", "matplotlib", "verify")),
@@ -259,8 +259,8 @@ def test_a_proof_is_written_and_checked_without_an_extra(convexperc, verifier, t
 
 @pytest.mark.parametrize("module", ["absent_here", "joblib.no_such_part"])
 def test_a_package_that_is_installed_and_broken_is_not_called_missing(python, module, tmp_path):
-    (tmp_path / "z3.py").write_text(f"import {module}\n", encoding="utf-8")
-    program = "sys.path.insert(0, sys.argv.pop(1)); ABSENT.discard('z3')\n"
+    (tmp_path / "cvc5.py").write_text(f"import {module}\n", encoding="utf-8")
+    program = "sys.path.insert(0, sys.argv.pop(1)); ABSENT.discard('cvc5')\n"
     program += "from verification.__main__ import main; main()"
     done = python(program, tmp_path, "run", "--claim", "D1", "--out", tmp_path / "out")
     assert done.returncode == 1, done

@@ -33,7 +33,7 @@ app.command()(solvers.bench)
 MISUSE = 2
 """Exit code of misuse, typer's own."""
 
-VERIFY = ("hypothesis", "jinja2", "joblib", "jsonschema", "matplotlib", "z3")
+VERIFY = ("cvc5", "hypothesis", "jinja2", "joblib", "jsonschema", "matplotlib", "z3")
 """Modules that the extra `verify` brings; a command imports what it needs before it does anything."""
 
 

@@ -1,4 +1,4 @@
-"""B2 and F3 by cases: every problem is answered, and no statement of a certificate or of a batch is false."""
+"""B2 by cases: every problem is answered, and no statement of a certificate or of a batch is false."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -33,10 +33,10 @@ def observe_answer(problem: Problem, source: Source) -> Iterator[Observation]:
     zeros = false_zeros(problem, proof.zero_views, proof.zero_modalities, truth)
     yield Observation.of("B2/true", not (false or zeros), float(len(false + zeros)), "; ".join(false + zeros))
     if not (proof.zero_views.any() or proof.zero_modalities.any()):
-        yield Observation("F3/exact_zeros", Outcome.SKIPPED, detail="nothing is proved to be 0")
+        yield Observation("B2/zeros", Outcome.SKIPPED, detail="nothing is proved to be 0")
         return
     zeros += [each for each in false if each.startswith(ZEROS)] + _entries_left(solution)
-    yield Observation.of("F3/exact_zeros", not zeros, float(len(zeros)), "; ".join(zeros))
+    yield Observation.of("B2/zeros", not zeros, float(len(zeros)), "; ".join(zeros))
 
 
 def _width(solution: Solution) -> float:
@@ -112,6 +112,6 @@ def _false_answer(answers: Answers, j: int, problem: Problem, truth: referee.Opt
 
 
 CHECKS = (
-    Check("answer", ("B2/answered", "B2/true", "F3/exact_zeros"), observe_answer, share=1.5, refereed=True),
+    Check("answer", ("B2/answered", "B2/true", "B2/zeros"), observe_answer, share=1.5, refereed=True),
     Check("batch", ("B2/batch",), observe_batch, REFEREED, share=0.1),
 )

@@ -95,7 +95,17 @@ def refutation(record: Record, result: Confirmation) -> Refutation:
         record.size.text,
         record.origin,
         given(record),
+        _basis(record),
     )
+
+
+def _basis(record: Record) -> str:
+    """What a confirmation of this record rests on."""
+    if record.kind not in BY_KIND:
+        return "the check was run again"
+    if record.origin == "catalogue":
+        return "exact arithmetic"
+    return "found by a check in float64, confirmed in exact arithmetic"
 
 
 def _case(record: Record, checks: Mapping[str, Check]) -> Confirmation:

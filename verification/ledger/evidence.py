@@ -14,7 +14,8 @@ from verification.ledger.surveys import Survey
 class Verdict(StrEnum):
     """What the evidence says of a part of a claim, or of the whole claim.
 
-    ``holds``: proved, each step checked by a machine; ``holds under``: proved, on a condition that is named;
+    ``holds``: a written proof; a machine checked each algebraic step, theorems of the literature are cited,
+    and what joins the steps is argued in words; ``holds under``: the same, on a condition that is named;
     ``supported``: tested on the stated number of cases without a failure; ``refuted``: a counterexample is
     stored and was confirmed in exact arithmetic; ``inconclusive``: none of these; ``not testable here``.
 
@@ -51,15 +52,23 @@ class Outcome(StrEnum):
 class Checker(StrEnum):
     """What verified a step of an argument.
 
-    ``identity``: two polynomials with rational coefficients, expanded, are equal; ``z3``: the negation is
-    unsatisfiable over the reals; ``exact``: a statement about given rational numbers, evaluated; ``cited``:
-    a theorem of the literature, with its source - the machine checks nothing.
+    ``identity``: two polynomials with rational coefficients, expanded, are equal; ``solvers``: z3 and cvc5
+    both found the hypotheses satisfiable over the reals, and the negation of the conclusion not; ``exact``: a
+    statement about given rational numbers, evaluated. The machine checks nothing of the other two:
+    ``cited``, a theorem of the literature, with its source; ``prose``, an inference that joins steps and is
+    argued in words.
     """
 
     IDENTITY = "exact identity"
-    Z3 = "z3"
-    EXACT = "exact arithmetic"
+    SOLVERS = "z3 and cvc5"
+    EXACT = "exact evaluation"
     CITED = "cited theorem"
+    PROSE = "argued in words"
+
+    @property
+    def is_machine(self) -> bool:
+        """Whether a step of this kind was checked by a machine."""
+        return self not in (Checker.CITED, Checker.PROSE)
 
 
 @dataclass(frozen=True)
@@ -69,23 +78,26 @@ class Step:
     Attributes
     ----------
     statement : str
-        In the notation of the paper, plain text.
+        Its name and, where a machine checked it, a gloss that states no relation: `source` was checked.
     checker : Checker
     passed : bool
-        Whether the checker accepted it; always True for ``cited``.
+        Whether the checker accepted it; always True where no machine checks.
     source : str
-        The reference of a cited theorem, else what the machine was given.
+        What the machine was given; the reference of a cited theorem; the section that argues a joint.
+    where : str
+        What the names in `source` stand for, or the data whose numbers it holds.
     """
 
     statement: str
     checker: Checker
     passed: bool
     source: str
+    where: str = ""
 
 
 @dataclass(frozen=True)
 class Argument:
-    """A proof of one part of a claim, step by step.
+    """A written proof of one part of a claim: the steps that were checked, what is cited, and the joints.
 
     Attributes
     ----------
@@ -96,7 +108,7 @@ class Argument:
         Where the conclusion holds, if not everywhere that the part speaks of; else empty.
     steps : tuple of Step
     passed : bool
-        Whether every step was accepted, and a machine accepted at least one; follows from the steps.
+        Whether a machine accepted every step that one checks, and there is such a step.
     """
 
     part: str
@@ -106,7 +118,7 @@ class Argument:
     passed: bool = field(init=False)
 
     def __post_init__(self) -> None:
-        checked = any(step.checker is not Checker.CITED for step in self.steps)
+        checked = any(step.checker.is_machine for step in self.steps)
         object.__setattr__(self, "passed", checked and all(step.passed for step in self.steps))
 
 
@@ -167,6 +179,8 @@ class Refutation:
         "catalogue", or the search that found it.
     given : str
         The problem, the point and the update, in exact numbers where they are short.
+    basis : str
+        What the confirmation rests on.
     """
 
     id: str
@@ -176,6 +190,7 @@ class Refutation:
     size: str
     origin: str
     given: str = ""
+    basis: str = "exact arithmetic"
 
 
 @dataclass(frozen=True)

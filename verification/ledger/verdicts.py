@@ -1,7 +1,8 @@
 """The rule that turns evidence into verdicts: for each part, and for each claim over its stated parts.
 
 Deterministic, and cautious on purpose: a failure refutes only when it was confirmed in exact arithmetic, a
-part holds only when an argument passed step by step, and cases alone never do more than support.
+part holds only with a written proof whose algebraic steps were all checked, and cases alone never do more
+than support. The reason names what a verdict rests on.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,6 +17,7 @@ from verification.ledger.evidence import (
     Evidence,
     Judgement,
     Refutation,
+    Step,
     Verdict,
     summed,
 )
@@ -189,7 +191,7 @@ def _refuted(part: Part, confirmed: list[Refutation], arguments: list[Argument],
             must="must not be both proved without a condition and refuted",
             remedy="The verifier disagrees with itself: check argument, counterexample and ledger.",
         )
-    reasons = [f"counterexample {confirmed[0].id}: {confirmed[0].finding}"]
+    reasons = [f"counterexample {confirmed[0].id}: {confirmed[0].finding} ({confirmed[0].basis})"]
     if len(confirmed) > 1:
         reasons.append(f"{len(confirmed) - 1} more confirmed")
     if count.failed:
@@ -199,18 +201,37 @@ def _refuted(part: Part, confirmed: list[Refutation], arguments: list[Argument],
 
 
 def _proved(arguments: list[Argument], count: Count, notes: list[str]) -> Judgement:
-    steps = [step for argument in arguments for step in argument.steps]
-    cited = sum(step.checker is Checker.CITED for step in steps)
-    checked = len(steps) - cited
-    reasons = [f"proved in {checked} checked {'step' if checked == 1 else 'steps'}"]
-    if cited:
-        reasons[0] += f" and {cited} cited {'theorem' if cited == 1 else 'theorems'}"
+    reasons = [f"written proof: {trust_base([step for argument in arguments for step in argument.steps])}"]
     if count.held:
         reasons.append(_tested(count))
     reason = "; ".join([*reasons, *notes])
     if any(not argument.condition for argument in arguments):
         return Judgement(Verdict.HOLDS, reason)
     return Judgement(Verdict.HOLDS_UNDER, reason, " or ".join(argument.condition for argument in arguments))
+
+
+def trust_base(steps: Sequence[Step]) -> str:
+    """What a proof rests on, counted: checked steps by their checker, cited theorems, joints in prose."""
+    number = {checker: sum(step.checker is checker for step in steps) for checker in Checker}
+    kinds = {
+        Checker.IDENTITY: _many(number[Checker.IDENTITY], "exact identity", "exact identities"),
+        Checker.SOLVERS: f"{number[Checker.SOLVERS]} by {Checker.SOLVERS}",
+        Checker.EXACT: _many(number[Checker.EXACT], "exact evaluation", "exact evaluations"),
+    }
+    how = ", ".join(told for checker, told in kinds.items() if number[checker])
+    checked = sum(number[checker] for checker in kinds)
+    told = [f"{_many(checked, 'step', 'steps')} checked" + (f" ({how})" if how else "")]
+    if number[Checker.CITED]:
+        told.append(_many(number[Checker.CITED], "cited theorem", "cited theorems"))
+    if number[Checker.PROSE]:
+        places = sorted({step.source for step in steps if step.checker is Checker.PROSE})
+        document, sections = places[0].split()[0], ", ".join(place.split()[-1] for place in places)
+        told.append(f"{_many(number[Checker.PROSE], 'joint', 'joints')} in prose ({document} {sections})")
+    return ", ".join(told)
+
+
+def _many(number: int, one: str, several: str) -> str:
+    return f"{number} {one if number == 1 else several}"
 
 
 def _unconfirmed(count: Count, arguments: list[Argument]) -> str:

@@ -1,4 +1,4 @@
-"""Arguments for the claims, step by step, each step checked by a machine or cited."""
+"""Written proofs of claims: algebraic steps that a machine checked, cited theorems, and named joints."""
 
 import lazy_loader
 

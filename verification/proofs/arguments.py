@@ -1,8 +1,9 @@
-"""Machine-checked arguments: a proof of each part of a claim that can be proved, step by step.
+"""Written proofs of each part of a claim that can be proved, whose algebraic steps are checked by machine.
 
-Every step is made by a function that checks what it is given: `polynomials.identity`, `polynomials.exact`,
-`matrices.matrix_identity` and `reals.real`; `polynomials.cited` names a theorem that is taken. A step's
-statement starts with its name; docs/theorem.md is the same proof in words and uses these names.
+A step is made by a function that checks what it is given: `polynomials.identity`, `polynomials.exact`,
+`matrices.matrix_identity` or `reals.real`. What no machine checks is named beside them (`unchecked`): the
+theorems that are cited, and the joints. A step's statement starts with its name; docs/theorem.md is the
+proof, and uses these names.
 """
 
 from collections.abc import Iterable

@@ -12,6 +12,9 @@ from verification.proofs.norms import (
     slope_view,
     squares,
 )
+from verification.proofs.unchecked import joints
+
+ENTRIES = {"S": "||v||_1", "a": "the size of one more entry"}
 
 
 def arguments() -> tuple[Argument, ...]:
@@ -24,17 +27,12 @@ def derivative_w() -> Argument:
     steps = (
         matrix_identity(
             "derivative-w",
-            "the squares of F change by h'(2XX'w - 2Xo - 2 lambda1 Xu + 2 lambda1 w) + h'(XX' + lambda1 I)h",
+            "the two squares of F in w: the linear part is the printed derivative without D",
             f"{squares('w + h', 'u')} - {squares('w', 'u')}",
             "h.T*(2*X*X.T*w - 2*X*o - 2*l1*X*u + 2*l1*w) + h.T*(X*X.T + l1*In)*h",
         ),
         slope_view(),
-        identity(
-            "derivative-w-diagonal",
-            "and w_j/|w_j| is (D w)_j with D = diag(1/|w_j|)",
-            "w/s",
-            "(1/s)*w",
-        ),
+        *joints("derivative"),
     )
     return Argument("D1/corrected", "dF/dw has D = diag(1/|w_i|), without a factor 1/2.", "", steps)
 
@@ -44,18 +42,13 @@ def derivative_u() -> Argument:
     steps = (
         matrix_identity(
             "derivative-u",
-            "the squares of F change by k'(2 lambda1 X'Xu - 2 lambda1 X'w) + lambda1 ||Xk||^2",
+            "the two squares of F in u: the linear part is the printed derivative without D",
             f"{squares('w', 'u + k')} - {squares('w', 'u')}",
             "k.T*(2*l1*X.T*X*u - 2*l1*X.T*w) + l1*(X*k).T*(X*k)",
         ),
         *cauchy_schwarz(),
         slope_modality(),
-        identity(
-            "derivative-u-diagonal",
-            "and u^i/||u^i|| is (D u)^i with D = blockdiag(I/||u^i||), entry by entry",
-            "u/r",
-            "(1/r)*u",
-        ),
+        *joints("norms", "derivative"),
     )
     return Argument("D2/corrected", "dF/du has D = blockdiag(I/||u^i||), without a factor 1/2.", "", steps)
 
@@ -66,10 +59,12 @@ def lemma() -> Argument:
         *majorise_modality(),
         identity(
             "lemma-right",
-            "||v|| - ||v||^2/(2||v||) = ||v||/2",
+            "the right side of the lemma is half the norm",
             "b - b**2/(2*b)",
             "b/2",
+            b="||v||",
         ),
+        *joints("norms"),
     )
     conclusion = "||t|| - ||t||^2/(2||v||) <= ||v|| - ||v||^2/(2||v||) for all t and all v != 0."
     return Argument("L1/inequality", conclusion, "v != 0", steps)
@@ -78,7 +73,7 @@ def lemma() -> Argument:
 def lemma_elementwise() -> Argument:
     """L2/elementwise."""
     conclusion = "sum_j (|t_j| - t_j^2/(2|v_j|)) <= ||v||_1/2: the inequality of each entry, summed over j."
-    return Argument("L2/elementwise", conclusion, "", majorise_view())
+    return Argument("L2/elementwise", conclusion, "", (*majorise_view(), *joints("sums")))
 
 
 def objective_one() -> Argument:
@@ -86,15 +81,16 @@ def objective_one() -> Argument:
     steps = (
         matrix_identity(
             "objective-one",
-            "F without lambda1 is F with lambda1 = 1 (the penalties are the same, once renumbered)",
-            "(X.T*w - o).T*(X.T*w - o) + (X*u - w).T*(X*u - w)",
-            squares("w", "u").replace("l1", "1"),
+            "F less the appendix's objective, whose penalties are the same once they are renumbered",
+            f"{squares('w', 'u')} - ((X.T*w - o).T*(X.T*w - o) + (X*u - w).T*(X*u - w))",
+            "(l1 - 1)*(X*u - w).T*(X*u - w)",
         ),
         real(
             "objective-only-one",
-            "where Xu != w the two agree for lambda1 = 1 only (q = ||Xu-w||^2 > 0, R the other terms)",
-            ["q > 0", "R + q == R + l1*q"],
-            "l1 == 1",
+            "so where Xu and w differ the two agree if and only if lambda1 is 1",
+            ["q > 0"],
+            "((l1 - 1)*q == 0) == (l1 == 1)",
+            q="||Xu - w||^2",
         ),
     )
     return Argument("A1/lambda1_one", "The appendix's objective is F with lambda1 = 1.", "", steps)
@@ -105,29 +101,36 @@ def substitution() -> Argument:
     steps = (
         real(
             "substitution-left",
-            "v_j^2/(2|v_j|) = |v_j|/2: the left side at w = v is ||v||_1/2",
-            ["v != 0"],
-            "2*v**2 == abs(v)*(2*abs(v))",
+            "an entry of the left side at w equal to v (times 2|v_j|): half the absolute value",
+            [],
+            "v**2 == abs(v)*abs(v)",
+            v="v_j",
         ),
         identity(
             "substitution-sides",
-            "the two sides at w = v, S = ||v||_1, T = ||v||_2^2: S/2 - T/(2S) = (S^2 - T)/(2S)",
+            "the two sides at w equal to v differ by this",
             "S/2 - T/(2*S)",
             "(S**2 - T)/(2*S)",
+            S="||v||_1",
+            T="||v||_2^2",
         ),
         identity(
             "substitution-cross",
-            "one more entry a = |v_j| adds 2aS to S^2 - T, which is 0 for one entry",
+            "what one more entry adds to the numerator, which is 0 for one entry",
             "(S + a)**2 - (T + a**2)",
             "(S**2 - T) + 2*a*S",
+            **ENTRIES,
+            T="||v||_2^2",
         ),
         real(
             "substitution-zero",
-            "so S^2 - T >= 0 stays, and is 0 after the entry if and only if it was before and aS = 0; by"
-            " induction if and only if at most one entry is not 0",
+            "the numerator stays at or above 0, and is 0 as long as no second entry differs from 0",
             ["S >= 0", "a >= 0", "c >= 0"],
             "c + 2*a*S >= 0 and (c + 2*a*S == 0) == (c == 0 and (a == 0 or S == 0))",
+            **ENTRIES,
+            c="||v||_1^2 - ||v||_2^2 before it",
         ),
+        *joints("sums", "induction"),
     )
     conclusion = "At w = v the two sides agree if and only if at most one entry is not 0."
     return Argument("A2/elementwise", conclusion, "v != 0, and 0/0 on the left is read as 0", steps)

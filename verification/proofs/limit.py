@@ -2,17 +2,18 @@
 
 from verification.ledger.evidence import Argument, Step
 from verification.proofs.checkers.matrices import matrix_identity
-from verification.proofs.checkers.polynomials import cited, identity
+from verification.proofs.checkers.polynomials import identity
 from verification.proofs.checkers.reals import real
-from verification.proofs.descent import chain, fall_gauss_seidel, fall_jacobi, update
+from verification.proofs.descent import both_falls
 from verification.proofs.norms import (
+    bracket_modality,
+    bracket_view,
     cauchy_schwarz,
-    majorise_modality,
-    majorise_view,
     quadratic_part,
     slope_modality,
     tangent_view,
 )
+from verification.proofs.unchecked import cited, joints
 
 BOLZANO_WEIERSTRASS = (
     "Bolzano and Weierstrass; W. Rudin, Principles of Mathematical Analysis, 3rd ed., theorem 3.6 (b)"
@@ -26,8 +27,7 @@ def arguments() -> tuple[Argument, ...]:
 
 def limit() -> Argument:
     """T1c/limit; the Jacobi rows are checked along."""
-    falls = (*majorise_view(), *majorise_modality(), *update(), fall_gauss_seidel(), fall_jacobi(), *chain())
-    steps = (*falls, *vanishing(), *rows(), *stationary(), *settling(), *optimal())
+    steps = (*both_falls(), *vanishing(), *rows(), *stationary(), *settling(), *optimal())
     conclusion = (
         "F(i) -> F*, and w(i) and Xu(i) converge, in both orders, from every start whose iterates have no"
         " entry of w and no block of u that is exactly 0."
@@ -40,23 +40,37 @@ def vanishing() -> tuple[Step, ...]:
     return (
         real(
             "limit-bounded",
-            "lambda2 ||w||_1 <= F(0) and lambda3 ||u||_M <= F(0): the iterates are bounded",
+            "both penalties stay below the first value of F, so the iterates are bounded",
             ["R >= 0", "l2 > 0", "l3 > 0", "W >= 0", "U >= 0", "F <= F0", "F == R + l2*W + l3*U"],
             "l2*W <= F0 and l3*U <= F0",
+            R="the two squares of F",
+            W="||w||_1",
+            U="||u||_M",
+            F="F(i)",
+            F0="F(0)",
         ),
         real(
             "limit-weights",
-            "A_j = lambda2/(2|w_j|) >= lambda2^2/(2 F(0)); likewise B_i >= lambda3^2/(2 F(0))",
+            "so the weight A_j is bounded below; B_i likewise",
             ["w > 0", "l > 0", "l*w <= F0", "A*2*w == l"],
             "2*A*F0 >= l**2",
+            w="|w_j|",
+            l="lambda2",
+            A="A_j",
+            F0="F(0)",
         ),
         real(
             "limit-telescope",
-            "the falls s(0), s(1), ... add up to at most F(0), by induction: S <= F(0) - F(k) passes on to k"
-            " + 1",
-            ["S <= F0 - Fk", "s >= 0", "Fk - Fn >= s", "Fn >= 0"],
+            "the falls up to k add up to no more than F lost; the step from k to the next",
+            ["S <= F0 - Fk", "Fk - Fn >= s", "Fn >= 0"],
             "S + s <= F0 - Fn and S + s <= F0",
+            S="the sum of the falls before k",
+            s="the fall at k",
+            F0="F(0)",
+            Fk="F(k)",
+            Fn="F(k+1)",
         ),
+        *joints("induction", "vanishing"),
         cited("limit-points", "a bounded sequence of points has a limit point", BOLZANO_WEIERSTRASS),
     )
 
@@ -66,30 +80,35 @@ def rows() -> tuple[Step, ...]:
     return (
         matrix_identity(
             "limit-row-w",
-            "twice the system for w: v + 2A w(i+1) = 0, v = 2X(X'w(i+1) - o) - 2 lambda1 (Xu(i) - w(i+1));"
-            " and 2A_j w_j(i+1) = lambda2 w_j(i+1)/|w_j(i)|",
+            "twice the system for w(i+1), here w, at u(i): v and the weighted entry",
             "2*((X*X.T + l1*In + A)*w - X*(o + l1*u))",
             "2*X*(X.T*w - o) - 2*l1*(X*u - w) + 2*A*w",
         ),
         matrix_identity(
             "limit-row-u",
-            "twice the system for u: g + 2B u(i+1) = 0, g = 2 lambda1 X'(Xu(i+1) - w), w = w(i+1) or,"
-            " Jacobi, w(i)",
+            "twice the system for u(i+1), here u, at w(i+1) or w(i): g and the weighted entry",
             "2*((l1*X.T*X + B)*u - l1*X.T*w)",
             "2*l1*X.T*(X*u - w) + 2*B*u",
         ),
         real(
             "limit-ratio",
-            "so |w_j(i+1)|/|w_j(i)| = |v_j|/lambda2 (s = |w_j(i)|, y = w_j(i+1)); it is 0 only if v_j = 0",
+            "an entry's next size: it grows or shrinks by |v_j|/lambda2, and is 0 if and only if v_j is",
             ["s > 0", "l > 0", "s*v + l*y == 0"],
             "l*abs(y) == s*abs(v) and (y == 0) == (v == 0)",
+            s="|w_j(i)|",
+            l="lambda2",
+            v="v_j",
+            y="w_j(i+1)",
         ),
         real(
             "limit-ratio-modality",
-            "and ||u^i(i+1)||/||u^i(i)|| = ||g^i||/lambda3 (squares of r g = -lambda3 u(i+1); n ="
-            " ||u^i(i+1)||)",
+            "a block's next size: it grows or shrinks by ||g^i||/lambda3",
             ["r > 0", "l > 0", "n >= 0", "G >= 0", "l**2*n**2 == r**2*G**2"],
             "l*n == r*G",
+            r="||u^i(i)||",
+            l="lambda3",
+            n="||u^i(i+1)||",
+            G="||g^i||",
         ),
     )
 
@@ -99,28 +118,59 @@ def stationary() -> tuple[Step, ...]:
     return (
         real(
             "limit-sign",
-            "where |w_j(i)| >= m > 0, w_j(i+1)/|w_j(i)| differs from the sign of w_j(i) by at most |dw_j|/m"
-            " -> 0",
-            ["m > 0", "abs(w) >= m", "b == abs(w)", "abs(y - w) <= s"],
-            "m*abs(y - w) <= s*b",
+            "w_j(i+1)/|w_j(i)| differs from the sign of w_j(i) by |dw_j|/m at most, where m bounds |w_j(i)|"
+            " from below",
+            ["b >= m", "s >= 0"],
+            "m*s <= s*b",
+            b="|w_j(i)| or ||u^i(i)||",
+            m="a lower bound of it",
+            s="|dw_j| or ||du^i||",
         ),
-        real(
-            "limit-sign-modality",
-            "likewise ||u^i(i+1) - u^i(i)||/||u^i(i)|| <= ||du^i||/m for a block",
-            ["m > 0", "r >= m", "s >= 0"],
-            "m*s <= s*r",
-        ),
+        *joints("passing"),
         quadratic_part(),
         tangent_view(),
         *cauchy_schwarz(),
         slope_modality(),
         real(
             "limit-subspace",
-            "at a limit point v_j = -lambda2 sign(w_j), g^i = -lambda3 u^i/||u^i|| on its support: a change"
-            " within the support has v'h + g'k + penalties >= 0 (x, y: slopes of the penalties), so F does"
-            " not fall",
+            "a change within the support of a limit point does not lower F: the slopes of the penalties"
+            " cancel v and g",
             ["v == -x", "g == -y", "P >= x*h", "R >= y*k", "S >= 0"],
             "v*h + g*k + P + R + S >= 0",
+            v="v_j",
+            g="g^i in the direction of the change",
+            x="the slope lambda2 sign(w_j)",
+            y="the slope lambda3 u^i/||u^i|| in that direction",
+            h="the change of w_j",
+            k="the size of the change of u^i",
+            P="the change of lambda2 |w_j|",
+            R="the change of lambda3 ||u^i||",
+            S="the two squares of quadratic-part",
+        ),
+    )
+
+
+def unique() -> tuple[Step, ...]:
+    """Minimisers over one subspace have one pair of residuals."""
+    return (
+        identity(
+            "limit-midpoint",
+            "a residual at the midpoint of two points",
+            "((r + s)/2)**2",
+            "r**2/2 + s**2/2 - (r - s)**2/4",
+            r="an entry of X'w - o or sqrt(lambda1) (Xu - w) at the first point",
+            s="the same at the second point",
+        ),
+        real(
+            "limit-unique",
+            "two minimisers over one subspace have the same residuals, or F would be lower at the midpoint",
+            ["F1 == m", "F2 == m", "M <= (F1 + F2)/2 - D/4", "M >= m", "D >= 0"],
+            "D == 0",
+            F1="F at the first",
+            F2="F at the second",
+            m="the minimum",
+            M="F at the midpoint",
+            D="the sum of the squared differences of the residuals",
         ),
     )
 
@@ -128,30 +178,22 @@ def stationary() -> tuple[Step, ...]:
 def settling() -> tuple[Step, ...]:
     """The residuals converge, although (w, u) need not be unique."""
     return (
-        identity(
-            "limit-midpoint",
-            "a residual at the midpoint of two points: ((r+s)/2)^2 = r^2/2 + s^2/2 - (r-s)^2/4",
-            "((r + s)/2)**2",
-            "r**2/2 + s**2/2 - (r - s)**2/4",
-        ),
-        real(
-            "limit-unique",
-            "two minimisers with one support have the same residuals p = X'w - o, sqrt(lambda1)(Xu - w):"
-            " else F at the midpoint were below the minimum (D: sum of weighted squares of the differences)",
-            ["F1 == m", "F2 == m", "M <= (F1 + F2)/2 - D/4", "M >= m", "D >= 0"],
-            "D == 0",
-        ),
+        *unique(),
         real(
             "limit-separate",
-            "finitely many supports: the residuals have finitely many limit points, 3r or more apart. From"
-            " some i on each is within r of one of them and moves by r or less: never to another (P <= a + s"
-            " + b)",
-            ["r > 0", "P > 3*r", "a >= 0", "a <= r", "b >= 0", "b <= r", "s >= 0", "P <= a + s + b"],
+            "to go from near one limit point of the residuals to near another takes a step longer than r",
+            ["P > 3*r", "a <= r", "b <= r", "P <= a + s + b"],
             "s > r",
+            P="the distance of the two limit points",
+            a="the distance of the residuals from the first",
+            b="the distance of the next residuals from the second",
+            s="the step",
+            r="a third of the least distance of two limit points, or less",
         ),
+        *joints("supports", "determined"),
         matrix_identity(
             "limit-difference",
-            "dw'dw = dw'(dw - X du) + (X'dw)'du: equal residuals (X'dw = 0, dw = X du) have equal w and Xu",
+            "dw squared, from the differences of the residuals: if they are 0, so are dw and X du",
             "dw.T*dw",
             "dw.T*(dw - X*du) + (X.T*dw).T*du",
         ),
@@ -163,35 +205,36 @@ def optimal() -> tuple[Step, ...]:
     return (
         real(
             "limit-growth",
-            "v converges with the residuals. If |v_j| > lambda2 in the limit, |w_j(i+1)| >= (1+h)|w_j(i)|, h"
-            " > 0, from some i on (s = |w_j(i)| > 0, y = |w_j(i+1)|); likewise for a block",
-            ["s > 0", "l > 0", "h > 0", "l*y == V*s", "V >= (1 + h)*l"],
+            "an entry with |v_j| above lambda2 by a factor grows by that factor; a block likewise",
+            ["s > 0", "l > 0", "l*y == V*s", "V >= (1 + h)*l"],
             "y >= (1 + h)*s",
+            s="|w_j(i)|",
+            y="|w_j(i+1)|",
+            V="|v_j|",
+            l="lambda2",
+            h="the excess of the factor over 1",
         ),
         real(
             "limit-unbounded",
-            "and (1+h)^k >= 1 + kh, by induction: against boundedness. So |v_j| <= lambda2, ||g^i|| <="
-            " lambda3",
+            "Bernoulli's inequality, from k to the next",
             ["h > 0", "k >= 0", "P >= 1 + k*h"],
             "P*(1 + h) >= 1 + (k + 1)*h",
+            P="(1 + h)^k",
+            h="the excess of the factor over 1",
+            k="a number of iterations",
         ),
-        real(
-            "limit-kkt-zero",
-            "an entry that is 0 in the limit: v_j h + lambda2 |h| >= 0 for every h",
-            ["abs(v) <= l"],
-            "v*h + l*abs(h) >= 0",
-        ),
-        real(
-            "limit-kkt-zero-modality",
-            "a block that is 0 in the limit: g'k + lambda3 ||k|| >= 0 for every k (c = g'k >= -G s)",
-            ["G >= 0", "G <= l", "s >= 0", "c >= -G*s"],
-            "c + l*s >= 0",
-        ),
+        *joints("unbounded"),
+        bracket_view(),
+        bracket_modality(),
         real(
             "limit-optimal",
-            "with the entries on the support (limit-subspace) F(z') - F(z) >= 0 for every z': z is an"
-            " optimum; F(i) falls, and to F(z) on a subsequence (e, N): F(k) <= F(N) <= F* + e for k >= N",
-            ["Fs <= Fk", "Fk <= FN", "FN <= Fs + e", "e > 0"],
+            "F between its optimum and a value near it, from some iteration on",
+            ["Fs <= Fk", "Fk <= FN", "FN <= Fs + e"],
             "abs(Fk - Fs) <= e",
+            Fs="F(z), the optimum",
+            FN="F(N)",
+            Fk="F(k), k beyond N",
+            e="any positive number",
         ),
+        *joints("values"),
     )

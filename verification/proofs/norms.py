@@ -11,15 +11,20 @@ def cauchy_schwarz() -> tuple[Step, ...]:
     return (
         matrix_identity(
             "cauchy-schwarz-square",
-            "||s x - r y||^2 = s^2 ||x||^2 - 2 r s x'y + r^2 ||y||^2 for vectors of any length",
-            "(s1*u - r1*k).T*(s1*u - r1*k)",
-            "s1**2*u.T*u - 2*r1*s1*u.T*k + r1**2*k.T*k",
+            "the square of a combination of two vectors of any length",
+            "(s*u - r*k).T*(s*u - r*k)",
+            "s**2*u.T*u - 2*r*s*u.T*k + r**2*k.T*k",
+            r="the norm of u",
+            s="the norm of k",
         ),
         real(
             "cauchy-schwarz",
-            "with r = ||x|| > 0 and s = ||y|| > 0 that square is 2 r s (r s - x'y), so x'y <= r s",
+            "that square bounds the inner product by the product of the norms",
             ["r > 0", "s > 0", "s**2*r**2 - 2*r*s*c + r**2*s**2 >= 0"],
             "c <= r*s",
+            r="||x||",
+            s="||y||",
+            c="x'y",
         ),
     )
 
@@ -29,9 +34,11 @@ def majorise_view() -> tuple[Step, ...]:
     return (
         real(
             "majorise-view",
-            "|t| <= t^2/(2|v|) + |v|/2 for v != 0 (times 2|v|); equality at t = v and at t = -v only",
-            ["v != 0"],
+            "the absolute value lies below its weighted square (times 2|v|), and touches it at v and -v",
+            [],
             "2*abs(v)*abs(t) <= t**2 + v**2 and (2*abs(v)*abs(t) == t**2 + v**2) == (abs(t) == abs(v))",
+            v="the entry of the iterate",
+            t="any other value of it",
         ),
     )
 
@@ -41,16 +48,47 @@ def majorise_modality() -> tuple[Step, ...]:
     return (
         identity(
             "majorise-square",
-            "with a = ||t||, b = ||v|| > 0: a^2/(2b) + b/2 - a = (a - b)^2/(2b)",
+            "a weighted square less the norm is itself a square over 2||v||",
             "a**2/(2*b) + b/2 - a",
             "(a - b)**2/(2*b)",
+            a="||t||",
+            b="||v||",
         ),
         real(
             "majorise-modality",
-            "hence ||t|| <= ||t||^2/(2||v||) + ||v||/2 for v != 0, equality if and only if ||t|| = ||v||",
-            ["a >= 0", "b > 0"],
+            "the norm lies below its weighted square (times 2||v||), and touches it where the norms agree",
+            [],
             "2*b*a <= a**2 + b**2 and (2*b*a == a**2 + b**2) == (a == b)",
+            a="||t||",
+            b="||v||",
         ),
+    )
+
+
+def bracket_view() -> Step:
+    """A penalty and a linear term that it dominates."""
+    return real(
+        "bracket-view",
+        "an entry's penalty and its linear term together are not negative",
+        ["abs(v) <= l"],
+        "l*abs(h) + v*h >= 0",
+        v="v_j, or (Xa - b)_j of a feasible dual point, or -2(Xo)_j",
+        l="lambda2",
+        h="w_j, or a change of it",
+    )
+
+
+def bracket_modality() -> Step:
+    """The same for a block."""
+    return real(
+        "bracket-modality",
+        "the same for a block",
+        ["G <= l", "s >= 0", "c >= -G*s"],
+        "l*s + c >= 0",
+        G="||g^i||, or ||X_i'b|| of a feasible dual point",
+        l="lambda3",
+        s="||k||, k the block u^i or a change of it",
+        c="g^i'k, or (X_i'b)'k",
     )
 
 
@@ -58,9 +96,11 @@ def slope_view() -> Step:
     """Sign of w is the slope of |w|."""
     return real(
         "slope-view",
-        "| |w + h| - |w| - h w/|w| | = 0 for |h| < |w|: the derivative of |w| at w != 0 is w/|w|",
-        ["w != 0", "abs(h) < abs(w)"],
+        "the absolute value is linear near a number that is not 0, with the sign as its slope (times |w|)",
+        ["abs(h) < abs(w)"],
         "abs(w)*(abs(w + h) - abs(w)) == w*h",
+        w="w_j",
+        h="a change of it",
     )
 
 
@@ -68,10 +108,13 @@ def slope_modality() -> Step:
     """u/||u|| is the slope of ||u||."""
     return real(
         "slope-modality",
-        "0 <= ||u + h|| - ||u|| - u'h/||u|| <= ||h||^2/(2||u||) at u != 0 (r = ||u||, n = ||u + h||, c = u'h,"
-        " k = ||h||^2, |c| <= r ||h||): the derivative of ||u|| is u/||u||",
-        ["r > 0", "n >= 0", "n**2 == r**2 + 2*c + k", "k >= 0", "c**2 <= r**2*k"],
+        "a norm lies above its tangent, by a remainder of second order at most (times ||u||)",
+        ["r > 0", "n >= 0", "n**2 == r**2 + 2*c + k", "c**2 <= r**2*k"],
         "r*n >= r**2 + c and 2*r*n <= 2*r**2 + 2*c + k",
+        r="||u||",
+        n="||u + h||",
+        c="u'h",
+        k="||h||^2",
     )
 
 
@@ -79,9 +122,11 @@ def tangent_view() -> Step:
     """|w| lies above its tangents."""
     return real(
         "tangent-view",
-        "|w + h| >= |w| + h w/|w| for w != 0 and every h",
-        ["w != 0"],
+        "the absolute value lies above its tangents (times |w|)",
+        [],
         "abs(w)*abs(w + h) >= w**2 + w*h",
+        w="w_j",
+        h="a change of it",
     )
 
 
@@ -89,8 +134,7 @@ def quadratic_part() -> Step:
     """Second-order expansion of the two squares, exact."""
     return matrix_identity(
         "quadratic-part",
-        "f = ||X'w-o||^2 + lambda1 ||Xu-w||^2: f(w+h, u+k) - f(w, u) = v'h + g'k + ||X'h||^2 + lambda1"
-        " ||Xk-h||^2 with v = 2X(X'w-o) - 2 lambda1 (Xu-w), g = 2 lambda1 X'(Xu-w)",
+        "the exact expansion of the two squares of F: v and g times the changes, and two squares",
         f"{squares('w + h', 'u + k')} - {squares('w', 'u')}",
         "(2*X*(X.T*w - o) - 2*l1*(X*u - w)).T*h + 2*l1*(X.T*(X*u - w)).T*k"
         " + (X.T*h).T*(X.T*h) + l1*(X*k - h).T*(X*k - h)",

@@ -3,6 +3,10 @@
 from verification.ledger.evidence import Argument
 from verification.proofs.checkers.matrices import matrix_identity
 from verification.proofs.checkers.reals import real
+from verification.proofs.unchecked import joints
+
+SUPREMUM = "h at"
+"""Of what the values of h are called."""
 
 
 def arguments() -> tuple[Argument, ...]:
@@ -15,44 +19,63 @@ def one_view() -> Argument:
     steps = (
         matrix_identity(
             "one-view-loss",
-            "||X'w - o||^2 = ||X'w||^2 - 2 w'Xo + ||o||^2; with n = 1, c = x'o and R(w, u) = w^2 ||x||^2 +"
-            " lambda1 (x'u - w)^2 + lambda2 |w| + lambda3 sum_i ||u^i||, F = ||o||^2 - 2 w c + R(w, u), so F*"
-            " = ||o||^2 - h(c), h(c) = sup (2 w c - R(w, u)), in which o enters by c alone",
+            "the reference enters the loss by Xo and its length alone",
             "(X.T*w - o).T*(X.T*w - o)",
             "(X.T*w).T*(X.T*w) - 2*w.T*X*o + o.T*o",
         ),
         real(
             "one-view-even",
-            "R(-w, -u) = R(w, u), so h(-c) = h(c) (s = x'u, k = ||x||^2)",
+            "without the norms of the modalities, R has one value at (w, u) and at (-w, -u)",
             [],
             "k*(-w)**2 + l1*(-s - (-w))**2 + l2*abs(-w) == k*w**2 + l1*(s - w)**2 + l2*abs(w)",
+            k="the square of ||x||",
+            s="x'u",
+            w="the weight of the view",
         ),
         real(
             "one-view-convex",
-            "h is convex: 2 w (t c + (1-t) e) - R <= t h(c) + (1-t) h(e) for every (w, u)",
+            "a supremum of functions that are linear in the product is convex in it",
             ["t >= 0", "t <= 1", "2*w*c - R <= H", "2*w*e - R <= K"],
             "2*w*(t*c + (1 - t)*e) - R <= t*H + (1 - t)*K",
+            c="a value of x'o",
+            e="another value of x'o",
+            t="the share of the first",
+            w="the weight of the view",
+            R="R at any (w, u)",
+            H=f"{SUPREMUM} the first value",
+            K=f"{SUPREMUM} the second value",
         ),
         real(
             "one-view-zero",
-            "R >= 0, and R(0, 0) = 0: h(0) = 0 and h >= 0 (N = sum_i ||u^i||)",
+            "R takes no negative value",
             ["k >= 0", "l1 >= 0", "l2 >= 0", "l3 >= 0", "N >= 0"],
             "k*w**2 + l1*(s - w)**2 + l2*abs(w) + l3*N >= 0",
+            k="the square of ||x||",
+            s="x'u",
+            w="the weight of the view",
+            N="the sum of the norms of the modalities",
         ),
         real(
             "one-view-order",
-            "|c| = s |e|, s < 1: h(c) <= s h(e) + (1-s) h(0), so h(c) <= h(e), and h(c) < h(e) unless h(e) ="
-            " 0",
-            ["s >= 0", "s < 1", "H >= 0", "h <= s*H"],
+            "h grows with the size of the product, strictly unless it is 0",
+            ["s < 1", "H >= 0", "h <= s*H"],
             "h <= H and (H == 0 or h < H)",
+            s="the quotient of the absolute values of the two products",
+            h=f"{SUPREMUM} the smaller one",
+            H=f"{SUPREMUM} the larger one",
         ),
         real(
             "one-view-label",
-            "references of one length L: the lowest L^2 - h is that of the largest h; where all h are 0,"
-            " every F* is L^2",
+            "with one length the order of the optima is the opposite order of h",
             ["F == L**2 - h", "G == L**2 - H"],
-            "(F > G) == (h < H) and (h != 0 or F == L**2)",
+            "(F > G) == (h < H)",
+            L="the length of the references",
+            F="the optimum of one reference",
+            G="the optimum of another",
+            h=f"{SUPREMUM} the product of the first",
+            H=f"{SUPREMUM} the product of the second",
         ),
+        *joints("one-view", "one-view-scale", "norms"),
     )
     conclusion = (
         "F*_j = ||o_j||^2 - h(|x'o_j|), h the same for all references: with one length the lowest optimum is"

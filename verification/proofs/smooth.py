@@ -6,8 +6,9 @@ from verification.proofs.checkers.polynomials import identity
 from verification.proofs.checkers.reals import real
 from verification.proofs.descent import chain, fall_gauss_seidel, fall_jacobi, update
 from verification.proofs.norms import cauchy_schwarz
+from verification.proofs.unchecked import joints
 
-ROOTS = ["e > 0", "f > 0", "g > 0", "f**2 == v**2 + e**2", "g**2 == t**2 + e**2"]
+VALUES = {"f": "phi(v)", "g": "phi(t)"}
 
 
 def arguments() -> tuple[Argument, ...]:
@@ -17,29 +18,28 @@ def arguments() -> tuple[Argument, ...]:
 
 def smoothed_descent() -> Argument:
     """T1c/smoothed_descent."""
-    steps = (*majorise(), *update(), fall_gauss_seidel(), fall_jacobi(), *chain())
+    steps = (
+        majorise(),
+        *joints("sums", "norms", "loop", "smooth-descent"),
+        *(*update(), fall_gauss_seidel(), fall_jacobi(), *chain()),
+    )
     conclusion = (
         "F_eps(i) - F_eps(i+1) >= the same sums of squares, A = lambda2 D^w, B = lambda3 D^u smoothed."
     )
     return Argument("T1c/smoothed_descent", conclusion, "", steps)
 
 
-def majorise() -> tuple[Step, ...]:
+def majorise() -> Step:
     """phi(t) = sqrt(t^2 + eps^2) lies below its weighted square."""
-    return (
-        real(
-            "smooth-majorise",
-            "phi(t) <= phi(v) + (t^2 - v^2)/(2 phi(v)), f = phi(v), g = phi(t); t, v entries or norms of"
-            " blocks",
-            ROOTS,
-            "2*f*g <= 2*f**2 + t**2 - v**2",
-        ),
-        identity(
-            "smooth-touch",
-            "with equality at t = v, and there the slope of both sides is v/phi(v)",
-            "2*v/(2*f)",
-            "v/f",
-        ),
+    return real(
+        "smooth-majorise",
+        "phi lies below its weighted square (times 2 phi(v)), and touches it at v",
+        ["f > 0", "f**2 == v**2 + e**2", "g**2 == t**2 + e**2"],
+        "2*f*g <= 2*f**2 + t**2 - v**2 and (t != v or 2*f*g == 2*f**2 + t**2 - v**2 or g < 0)",
+        **VALUES,
+        v="an entry of the iterate, or the norm of a block",
+        t="any other value of it",
+        e="eps",
     )
 
 
@@ -48,16 +48,23 @@ def smoothed_distance() -> Argument:
     steps = (
         real(
             "smooth-between",
-            "|t| <= sqrt(t^2 + eps^2) <= |t| + eps: summed, F <= F_eps <= F + eps (n lambda2 + m lambda3)",
+            "phi exceeds the absolute value by eps at most",
             ["e >= 0", "g >= 0", "g**2 == t**2 + e**2"],
             "abs(t) <= g and g <= abs(t) + e",
+            g="phi(t)",
+            t="an entry, or the norm of a block",
+            e="eps",
         ),
         real(
             "smooth-minimum",
-            "z a minimum of F_eps, z* of F: F(z) <= F_eps(z) <= F_eps(z*) <= F* + eps (n lambda2 + m"
-            " lambda3)",
+            "F at a minimum of F_eps, by way of F_eps at an optimum of F",
             ["F <= E", "E <= Es", "Es <= Fs + s"],
             "F - Fs <= s",
+            F="F at the minimum of F_eps",
+            E="F_eps there",
+            Es="F_eps at an optimum of F",
+            Fs="F*",
+            s="eps (n lambda2 + m lambda3)",
         ),
         *convergence(),
     )
@@ -72,59 +79,91 @@ def convergence() -> tuple[Step, ...]:
     """F_eps is strongly convex on its bounded level set, and each step pays for the gradient."""
     return (
         *cauchy_schwarz(),
+        *joints("sums", "norms"),
+        *strong(),
+        *joints("smooth-level"),
+        *gradient(),
+        *joints("smooth-weights", "loop"),
+        real(
+            "smooth-fall",
+            "so the fall is at least a constant times the squared gradient",
+            ["a > 0", "G >= 0", "G <= L*D", "s >= a*D**2"],
+            "L**2*s >= a*G**2",
+            L="the norm of the map from a step to the gradient",
+            a="the least entry of A and B",
+            G="the norm of the gradient",
+            D="||dz||",
+            s="the fall",
+        ),
+        real(
+            "smooth-linear",
+            "and the error shrinks by a factor below 1",
+            ["c > 0", "4*m*E0 <= G2", "E0 - E1 >= c*G2"],
+            "E1 <= (1 - 4*m*c)*E0",
+            m="the modulus of smooth-error",
+            c="the constant a/L^2 of smooth-fall",
+            G2="the squared gradient",
+            E0="F_eps(i) less its minimum",
+            E1="F_eps(i+1) less its minimum",
+        ),
+        *joints("smooth-limit"),
+    )
+
+
+def strong() -> tuple[Step, ...]:
+    """Strong convexity of phi, and what it says of the error."""
+    return (
         identity(
             "smooth-curvature",
-            "(||v||^2 + eps^2)(||t||^2 + eps^2) - (c + eps^2)^2 = eps^2 (||v||^2 + ||t||^2 - 2c) + (||v||^2"
-            " ||t||^2 - c^2), c = v't",
+            "the product of two phi, squared, less a square: eps^2 ||t - v||^2 and the square of Cauchy and"
+            " Schwarz",
             "(v**2 + e**2)*(t**2 + e**2) - (c + e**2)**2",
             "e**2*(v**2 + t**2 - 2*c) + (v**2*t**2 - c**2)",
+            v="||v||",
+            t="||t||",
+            c="v't",
+            e="eps",
         ),
         real(
             "smooth-strong",
-            "so phi(t) >= phi(v) + v'(t-v)/phi(v) + eps^2 ||t-v||^2/(2R^3) where phi <= R: strong convexity"
-            " (left times phi(v); S = ||t-v||^2, P = (f g)^2 - (c + eps^2)^2 >= eps^2 S)",
+            "so phi is strongly convex where it is bounded (times phi(v))",
             [
-                "f > 0",
-                "g > 0",
-                "e > 0",
-                "f <= R",
-                "g <= R",
-                "S >= 0",
-                "x <= f*g",
-                "(f*g)**2 - x**2 >= e**2*S",
+                *("f > 0", "g > 0", "f <= R", "g <= R"),
+                *("S >= 0", "(f*g)**2 - x**2 >= e**2*S"),
             ],
             "2*R**2*(f*g - x) >= e**2*S",
+            **VALUES,
+            R="a bound of phi",
+            e="eps",
+            S="||t - v||^2",
+            x="v't + eps^2",
         ),
         real(
             "smooth-error",
-            "F_eps* >= F_eps(z) - G D + m D^2 >= F_eps(z) - G^2/(4m), G the norm of the gradient, m > 0",
-            ["m > 0", "G >= 0", "D >= 0"],
+            "so the error is at most the squared gradient over 4m",
+            [],
             "4*m*(-G*D + m*D**2) >= -G**2",
+            m="the modulus of strong convexity",
+            G="the norm of the gradient",
+            D="the distance of the minimum",
         ),
+    )
+
+
+def gradient() -> tuple[Step, ...]:
+    """The gradient at the iterate, by the systems that the next one solves."""
+    return (
         matrix_identity(
             "smooth-gradient-w",
-            "the gradient in w at the iterate is 2[(XX' + lambda1 I + A)w - X(o + lambda1 u)], and equals"
-            " -2(XX' + lambda1 I + A)dw by the system that w + dw solves",
-            "2*((X*X.T + l1*In + A)*w - X*(o + l1*u))",
+            "the gradient in w at the iterate: twice the residual of the system for w, and a matrix times dw",
+            "2*X*(X.T*w - o) - 2*l1*(X*u - w) + 2*A*w",
             "2*((X*X.T + l1*In + A)*(w + dw) - X*(o + l1*u)) - 2*(X*X.T + l1*In + A)*dw",
         ),
         matrix_identity(
             "smooth-gradient-u",
-            "that in u equals -2(lambda1 X'X + B)du + 2 lambda1 X'dw (Gauss-Seidel), without the last term"
-            " (Jacobi)",
-            "2*((l1*X.T*X + B)*u - l1*X.T*w)",
+            "the gradient in u likewise (Gauss-Seidel; for Jacobi the last term and dw in the residual are"
+            " absent)",
+            "2*l1*X.T*(X*u - w) + 2*B*u",
             "2*((l1*X.T*X + B)*(u + du) - l1*X.T*(w + dw)) - 2*(l1*X.T*X + B)*du + 2*l1*X.T*dw",
-        ),
-        real(
-            "smooth-fall",
-            "so G <= L ||dz||, while the fall is >= a ||dz||^2, a the least of A and B: fall >= (a/L^2) G^2",
-            ["L > 0", "a > 0", "G >= 0", "D >= 0", "G <= L*D", "s >= a*D**2"],
-            "L**2*s >= a*G**2",
-        ),
-        real(
-            "smooth-linear",
-            "E(i) = F_eps(i) - F_eps*: E(i) <= G^2/(4m), E(i) - E(i+1) >= c G^2: E(i+1) <= (1 - 4mc) E(i)",
-            ["m > 0", "c > 0", "4*m*E0 <= G2", "E0 - E1 >= c*G2"],
-            "E1 <= (1 - 4*m*c)*E0",
         ),
     )

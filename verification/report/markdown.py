@@ -138,12 +138,10 @@ def _part(part: JudgedPart) -> Iterator[str]:
     if part.tolerance:
         yield f"  - Tolerance: {prose(part.tolerance)}"
     for argument in part.arguments:
-        word = "Argument" if argument.passed else "Argument that failed"
-        yield f"  - {word}: {prose(argument.conclusion)}"
+        yield f"  - {prose(sentences.proof(argument))}: {prose(argument.conclusion)}"
         for number, step in enumerate(argument.steps, 1):
-            accepted = "" if step.passed else " **not accepted**"
-            checked = f"({step.checker}{accepted}: {prose(step.source)})"
-            yield f"    {number}. {code(step.statement)} {checked}"
+            accepted = "" if step.passed else "**not accepted** "
+            yield f"    {number}. {code(step.statement)} ({accepted}{prose(sentences.checked(step))})"
     for found in part.counterexamples:
         word = "Counterexample" if found.confirmed else "Stale record, counts as nothing:"
         yield f"  - {word} {code(found.id)} ({prose(found.size)}; {prose(found.origin)})"

@@ -15,7 +15,7 @@ LONGEST = 44
 """Letters of a legend."""
 TOLERANCE = 1e-6
 """The line in the figure of distances: `verification.ledger.claims.LIMIT`."""
-REFERENCES: dict[str, Callable[[np.ndarray], np.ndarray]] = {"1/(k+1)^2": lambda k: (k + 1.0) ** -2}
+REFERENCES: dict[str, Callable[[np.ndarray], np.ndarray]] = {"1/(2k+1)^2": lambda k: (2.0 * k + 1.0) ** -2}
 
 
 def plot(name: str, series: Mapping[str, Any], label: str) -> str:

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Sequence, Sized
 from typing import NamedTuple
 
 from verification.ledger.claims import Role, Voice
-from verification.ledger.evidence import Outcome, Refutation, Verdict
-from verification.ledger.verdicts import case_word
+from verification.ledger.evidence import Argument, Outcome, Refutation, Step, Verdict
+from verification.ledger.verdicts import case_word, trust_base
 from verification.problems.families import FAMILIES
 from verification.report import words
 from verification.report.contents import Cases, JudgedClaim, JudgedPart, Report
@@ -234,8 +234,20 @@ def condition(claim: JudgedClaim) -> str:
     return f"{limited(claim)}{where}: {claim.condition}."
 
 
+def proof(argument: Argument) -> str:
+    """Whether a proof passed, and what it rests on."""
+    return f"{'Written proof' if argument.passed else 'Proof that failed'}, {trust_base(argument.steps)}"
+
+
+def checked(step: Step) -> str:
+    """By what a step was checked, and which formula; what its letters stand for."""
+    verb = ", checked" if step.checker.is_machine else ""
+    where = f"; where {step.where}" if step.where else ""
+    return f"{step.checker}{verb}: {step.source}{where}"
+
+
 def replay(identity: str) -> str:
-    """The command that shows a counterexample step by step."""
+    """The command that shows a counterexample iteration by iteration."""
     return f"python -m verification replay {identity}"
 
 

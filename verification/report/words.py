@@ -14,9 +14,9 @@ PAPER = (
 )
 
 VERDICTS = {
-    Verdict.HOLDS: "Proved by a written argument whose steps a machine checked: as exact identities, by the"
-    " solver z3 over the real numbers, or by exact arithmetic; where it rests on a theorem of the literature,"
-    " that is cited and counted apart.",
+    Verdict.HOLDS: "Proved in writing (docs/theorem.md). A machine checked the algebraic steps: as exact"
+    " identities, by the solvers z3 and cvc5 over the real numbers, or by exact evaluation. The theorems"
+    " of the literature that are cited, and the inferences that are made in words alone, are counted apart.",
     Verdict.HOLDS_UNDER: "Proved in the same way, but only under the condition that is named.",
     Verdict.SUPPORTED: "Tested on the stated number of cases without a failure. This is not a proof.",
     Verdict.REFUTED: "False as stated. A counterexample is stored, and it was confirmed during this run: in"
@@ -57,9 +57,11 @@ ROLES = {
 
 CHECKERS = {
     Checker.IDENTITY: "two polynomials with rational coefficients were expanded and compared",
-    Checker.Z3: "z3 found no real numbers that satisfy the premises and violate the conclusion",
+    Checker.SOLVERS: "z3 and cvc5 each found real numbers that satisfy the hypotheses, and none that satisfy"
+    " them and violate the conclusion",
     Checker.EXACT: "a statement about given rational numbers was evaluated",
     Checker.CITED: "a theorem of the literature; no machine checked it here",
+    Checker.PROSE: "an inference that joins the steps; no machine checked it here, docs/theorem.md argues it",
 }
 
 OUTCOMES = {
@@ -88,9 +90,9 @@ LIMITATIONS = (
     " behind D1, D2, T1a and T1b; the l1-norm in place of its entries behind L2, A2 and appendix variants.",
     "Each claim was put into formal parts by us. Where the paper's words admit several interpretations,"
     ' one is marked "as stated" and decides the verdict; the others are judged beside it.',
-    'An argument is as sound as what checked its steps. Steps marked "cited theorem" were checked'
-    " by no machine, and how scalar steps add up to a statement in every dimension is written out"
-    " in words.",
+    "A proof is as sound as what checked its steps, and as the words between them. Of a step, the formula"
+    " was checked; what its letters stand for, and the gloss beside it, were not. Cited theorems and"
+    " joints, as how scalar steps add up in every dimension or pass to a limit, were checked by no machine.",
     "The limit of an iteration cannot be observed. A run that meets the limit of 150 iterations is"
     " undecided, and never counts as a failure. One that meets a singular system has no next iterate, and"
     " counts as a failure to converge.",
@@ -206,7 +208,8 @@ FIGURES = (
         "How fast the repaired update gets there",
         "(F - F*) / F* by iteration, both axes logarithmic. A straight line is a power of the iteration, a"
         " curve that bends down is faster than every power. Values of 0 or below, where rounding"
-        " ends the curve, are not drawn. The two upper curves and 1/(k+1)^2 lie one over the other.",
+        " ends the curve, are not drawn. The dotted line 1/(2k+1)^2 is proved to lie below the"
+        " curve of the corrected update where one zero is not strict.",
     ),
     Figure(
         "cost",

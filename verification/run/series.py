@@ -48,17 +48,17 @@ def rate() -> dict[str, Any]:
         lambda2=1,
         lambda3=1,
     )
-    critical = Problem([[1.0]], [1.0], lambda1=0.0, lambda2=2.0, lambda3=0.0)
+    critical = Problem([[1.0]], [1.0], lambda1=1.0, lambda2=2.0, lambda3=1.0)
     curves = {
         "corrected, every zero strict": _gaps(strict, "corrected"),
         "smoothed, every zero strict": _gaps(strict, "smoothed"),
-        "corrected, at the critical lambda2": _gaps(critical, "corrected"),
-        "smoothed, at the critical lambda2": _gaps(critical, "smoothed"),
+        "corrected, one zero not strict": _gaps(critical, "corrected"),
+        "smoothed, one zero not strict": _gaps(critical, "smoothed"),
     }
     return {
-        "title": "a problem of n = 2, d = 3, and X = o = 1, lambda1 = lambda3 = 0, lambda2 = 2",
+        "title": "a problem of n = 2, d = 3, and X = o = lambda1 = lambda3 = 1, lambda2 = 2",
         "curves": curves,
-        "reference": "1/(k+1)^2",
+        "reference": "1/(2k+1)^2",
     }
 
 

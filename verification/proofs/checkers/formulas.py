@@ -1,12 +1,14 @@
 """The small language of the checkers: arithmetic, comparisons, `abs`, `and`, `or`, `not`, `.T`.
 
 A formula is text, so that the machine checks exactly what the report prints. Each checker evaluates it over
-values of its own (`Domain`).
+values of its own (`Domain`). The words beside a formula are a gloss, which may state nothing that the formula
+does not (`legend`).
 """
 
 import ast
 import operator
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any, Protocol
@@ -47,6 +49,40 @@ COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
 }
+
+
+STATED = re.compile(r"[<>=]|\b(?:for (?:all|any|each|every)|always|everywhere|never)\b")
+"""What states a relation or a range: left to the formula, so that a gloss claims no more than was checked."""
+
+
+def legend(gloss: str, where: Mapping[str, str], used: Iterable[str]) -> str:
+    """Check the words beside a formula, and write down what its names stand for.
+
+    Parameters
+    ----------
+    gloss : str
+        What the step is for, in words.
+    where : mapping of str to str
+        The meaning of names, in the notation of the paper.
+    used : iterable of str
+        The names to be explained: all in the formula but those that mean the same everywhere.
+
+    Returns
+    -------
+    str
+        "r: ||x||; s: ||y||".
+
+    Raises
+    ------
+    InputError
+        A gloss or a meaning states a relation, a name has no meaning, or a meaning no name.
+    """
+    for text in (gloss, *where.values()):
+        if STATED.search(text):
+            raise refused(text, "must leave relations and ranges to the formula that is checked")
+    if odd := set(used) ^ set(where):
+        raise refused(", ".join(sorted(odd)), "must be in the formula and have a meaning")
+    return "; ".join(f"{name}: {meaning}" for name, meaning in where.items())
 
 
 def refused(text: str, why: str) -> InputError:

@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 from verification.ledger.evidence import Checker, Step
-from verification.proofs.checkers.formulas import evaluate, refused
+from verification.proofs.checkers.formulas import evaluate, legend, names, refused
 
 Letter = tuple[str, bool]
 """A name, and whether it is transposed."""
@@ -31,22 +31,27 @@ SHAPES: dict[str, Shape] = {
 }
 """X; A and B diagonal, E invertible; vectors of n and of d entries. Every other name is a scalar."""
 
+KNOWN = frozenset({"X", "A", "B", "In", "Id", "w", "u", "dw", "du", "h", "k", "o", "l1", "l2", "l3"})
+"""Names that mean the same in every step: h and k are any changes of w and u, l1 is lambda1."""
+
 SYMMETRIC = frozenset({"A", "B", "E", "Ei"})
 UNITS = frozenset({"In", "Id"})
 INVERSES = frozenset({("E", "Ei"), ("Ei", "E")})
 
 
-def matrix_identity(name: str, statement: str, left: str, right: str) -> Step:
+def matrix_identity(name: str, gloss: str, left: str, right: str, **where: str) -> Step:
     """Check that two matrix expressions are equal for all matrices of the shapes in `SHAPES`.
 
     Parameters
     ----------
     name : str
         How the written proof refers to the step.
-    statement : str
-        What it says in the notation of the paper.
+    gloss : str
+        What the step is for, in words.
     left, right : str
         Formulas; ``X.T`` is the transpose. Names outside `SHAPES` are scalars.
+    **where : str
+        What the names that are not in `KNOWN` stand for.
 
     Returns
     -------
@@ -55,14 +60,14 @@ def matrix_identity(name: str, statement: str, left: str, right: str) -> Step:
     Raises
     ------
     InputError
-        A text is not a formula of this kind, or its shapes do not fit.
+        A text is not a formula of this kind, its shapes do not fit, or see `legend`.
     """
+    given = f"{left} = {right}"
+    meaning = legend(gloss, where, set(names(left, right)) - KNOWN)
     first, second = (evaluate(text, _Matrices()) for text in (left, right))
     if first.shape != second.shape:
-        raise refused(
-            f"{left} = {right}", f"must have one shape on both sides, not {first.shape}, {second.shape}"
-        )
-    return Step(f"{name}: {statement}", Checker.IDENTITY, first.terms == second.terms, f"{left} = {right}")
+        raise refused(given, f"must have one shape on both sides, not {first.shape}, {second.shape}")
+    return Step(f"{name}: {gloss}", Checker.IDENTITY, first.terms == second.terms, given, meaning)
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from typing import Any
 from flint import Ordering, fmpq_mpoly_ctx
 
 from verification.ledger.evidence import Checker, Step
-from verification.proofs.checkers.formulas import evaluate, names, refused
+from verification.proofs.checkers.formulas import evaluate, legend, names, refused
 
 
-def identity(name: str, statement: str, left: str, right: str) -> Step:
+def identity(name: str, gloss: str, left: str, right: str, **where: str) -> Step:
     """Check that two rational functions with rational coefficients are the same.
 
     Formula: a/b = c/e as rational functions if and only if the polynomials a e and c b, expanded, are equal.
@@ -20,10 +20,12 @@ def identity(name: str, statement: str, left: str, right: str) -> Step:
     ----------
     name : str
         How the written proof refers to the step.
-    statement : str
-        What it says in the notation of the paper.
+    gloss : str
+        What the step is for, in words.
     left, right : str
         Formulas; every name is a variable.
+    **where : str
+        What the variables stand for.
 
     Returns
     -------
@@ -32,30 +34,35 @@ def identity(name: str, statement: str, left: str, right: str) -> Step:
     Raises
     ------
     InputError
-        A text is not a formula of this kind, or divides by the zero polynomial.
+        A text is not a formula of this kind, divides by the zero polynomial, or see `legend`.
     """
-    domain = _Functions.of(names(left, right) or ("x",))
+    used = names(left, right)
+    meaning = legend(gloss, where, used)
+    domain = _Functions.of(used or ("x",))
     first, second = evaluate(left, domain), evaluate(right, domain)
     passed = bool(first.top * second.bottom == second.top * first.bottom)
-    return Step(f"{name}: {statement}", Checker.IDENTITY, passed, f"{left} = {right}")
+    return Step(f"{name}: {gloss}", Checker.IDENTITY, passed, f"{left} = {right}", meaning)
 
 
-def exact(name: str, statement: str, formula: str) -> Step:
+def exact(name: str, gloss: str, formula: str, given: str) -> Step:
     """Evaluate a statement about given rational numbers, without variables, in exact arithmetic.
+
+    Parameters
+    ----------
+    name, gloss : str
+        As of `identity`.
+    formula : str
+    given : str
+        The data whose numbers stand in the formula: "X = o = 1".
 
     Raises
     ------
     InputError
-        The text is not a formula, holds a variable, or divides by 0.
+        The text is not a formula, holds a variable, or divides by 0; or see `legend`.
     """
-    return Step(
-        f"{name}: {statement}", Checker.EXACT, evaluate(formula, _Rationals(formula)) is True, formula
-    )
-
-
-def cited(name: str, statement: str, source: str) -> Step:
-    """Take a theorem from the literature; the machine checks nothing."""
-    return Step(f"{name}: {statement}", Checker.CITED, True, source)
+    legend(gloss, {}, ())
+    passed = evaluate(formula, _Rationals(formula)) is True
+    return Step(f"{name}: {gloss}", Checker.EXACT, passed, formula, given)
 
 
 @dataclass(frozen=True)

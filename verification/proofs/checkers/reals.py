@@ -1,33 +1,42 @@
-"""Inequalities over the reals, decided by z3."""
+"""Inequalities over the reals, each decided by z3 and by cvc5 from one SMT-LIB text."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import cvc5
 import z3
 
 from verification.ledger.evidence import Checker, Step
-from verification.proofs.checkers.formulas import evaluate, names, refused
+from verification.proofs.checkers.formulas import evaluate, legend, names, refused
 
 EFFORT = 20_000_000
 """z3's resource limit of one query: a count of its own steps, so that two machines agree, unlike a time."""
+EFFORT_CVC5 = 300_000
+"""The same for cvc5. Its cylindrical coverings do not look at it: a query that is too hard for them does not
+end, and has to be replaced by an exact witness."""
+KNOWN = frozenset({"l1", "l2", "l3"})
+"""lambda1, lambda2, lambda3."""
 
 
-def real(name: str, statement: str, hypotheses: list[str], conclusion: str) -> Step:
-    """Ask z3 whether the conclusion follows from the hypotheses, for all reals.
+def real(name: str, gloss: str, hypotheses: list[str], conclusion: str, **where: str) -> Step:
+    """Ask z3 and cvc5 whether the conclusion follows from the hypotheses, for all reals.
 
     It follows if `hypotheses and not conclusion` is unsatisfiable. The hypotheses alone must be satisfiable,
-    so that nothing is proved of nothing. Each query has a context, a seed and an effort of its own; an answer
-    "unknown" does not pass.
+    so that nothing is proved of nothing. The step passes if both solvers say both; each query has an effort
+    and a seed of its own, and an answer "unknown" does not pass.
 
     Parameters
     ----------
     name : str
         How the written proof refers to the step.
-    statement : str
-        What it says in the notation of the paper.
+    gloss : str
+        What the step is for, in words.
     hypotheses : list of str
         Formulas; every name is a real variable.
     conclusion : str
+    **where : str
+        What the names that are not in `KNOWN` stand for.
 
     Returns
     -------
@@ -36,52 +45,109 @@ def real(name: str, statement: str, hypotheses: list[str], conclusion: str) -> S
     Raises
     ------
     InputError
-        A text is not a formula, or divides by anything but a number.
+        A text is not a formula, or divides by anything but an integer; or see `legend`.
     """
     given = f"{', '.join(hypotheses)} => {conclusion}" if hypotheses else conclusion
-    context = z3.Context()
-    domain = _Reals(context, {each: z3.Real(each, context) for each in names(*hypotheses, conclusion)})
-    assumed = [evaluate(text, domain) for text in hypotheses]
-    claim = evaluate(conclusion, domain)
-    passed = _answer(context, assumed) == z3.sat and _answer(context, [*assumed, z3.Not(claim)]) == z3.unsat
-    return Step(f"{name}: {statement}", Checker.Z3, passed, given)
+    used = names(*hypotheses, conclusion)
+    meaning = legend(gloss, where, set(used) - KNOWN)
+    assumed = [evaluate(text, _Smt()) for text in hypotheses]
+    possible = _script(used, assumed)
+    violated = _script(used, [*assumed, _Smt().negation(evaluate(conclusion, _Smt()))])
+    passed = all(answer(possible) == "sat" and answer(violated) == "unsat" for answer in SOLVERS)
+    return Step(f"{name}: {gloss}", Checker.SOLVERS, passed, given, meaning)
 
 
-def _answer(context: Any, formulas: list[Any]) -> Any:
-    solver = z3.SolverFor("QF_NRA", ctx=context)
+def by_z3(script: str) -> str:
+    """What z3 says: "sat", "unsat" or "unknown"."""
+    solver = z3.SolverFor("QF_NRA", ctx=z3.Context())
     solver.set("rlimit", EFFORT)
     solver.set("random_seed", 0)
-    solver.add(*formulas)
-    return solver.check()
+    solver.from_string(script)
+    return str(solver.check())
 
 
-@dataclass(frozen=True)
-class _Reals:
-    """z3's real terms."""
+def by_cvc5(script: str) -> str:
+    """What cvc5 says: "sat", "unsat" or "unknown"."""
+    solver = cvc5.Solver(cvc5.TermManager())
+    solver.setLogic("QF_NRA")
+    solver.setOption("rlimit", str(EFFORT_CVC5))
+    solver.setOption("seed", "0")
+    parser = cvc5.InputParser(solver)
+    parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, script, "query")
+    while not (command := parser.nextCommand()).isNull():
+        command.invoke(solver, parser.getSymbolManager())
+    found = solver.checkSat()
+    return "sat" if found.isSat() else "unsat" if found.isUnsat() else "unknown"
 
-    context: Any
-    variables: dict[str, Any]
 
-    def name(self, name: str) -> Any:
-        return self.variables[name]
+SOLVERS: tuple[Callable[[str], str], ...] = (by_z3, by_cvc5)
+"""Both have to agree; cvc5 is asked where z3 accepted."""
 
-    def number(self, value: int) -> Any:
-        return z3.RealVal(value, self.context)
 
-    def divide(self, left: Any, right: Any) -> Any:
-        divisor = z3.simplify(right)
-        if not z3.is_rational_value(divisor) or divisor.as_fraction() == 0:
-            raise refused(str(right), "must be a number other than 0 where it divides: multiply it out")
-        return left / divisor
+def _script(variables: tuple[str, ...], formulas: list["_Term"]) -> str:
+    declared = (f"(declare-const {name} Real)" for name in variables)
+    return "\n".join([*declared, *(f"(assert {formula.text})" for formula in formulas)])
 
-    def absolute(self, value: Any) -> Any:
-        return z3.If(value >= 0, value, -value)
 
-    def every(self, values: list[Any]) -> Any:
-        return z3.And(*values)
+@dataclass(frozen=True, eq=False)
+class _Term:
+    """A term of SMT-LIB."""
 
-    def some(self, values: list[Any]) -> Any:
-        return z3.Or(*values)
+    text: str
 
-    def negation(self, value: Any) -> Any:
-        return z3.Not(value)
+    def __add__(self, other: "_Term") -> "_Term":
+        return _term("+", self, other)
+
+    def __mul__(self, other: "_Term") -> "_Term":
+        return _term("*", self, other)
+
+    def __lt__(self, other: "_Term") -> "_Term":
+        return _term("<", self, other)
+
+    def __le__(self, other: "_Term") -> "_Term":
+        return _term("<=", self, other)
+
+    def __gt__(self, other: "_Term") -> "_Term":
+        return _term(">", self, other)
+
+    def __ge__(self, other: "_Term") -> "_Term":
+        return _term(">=", self, other)
+
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: Any) -> Any:
+        return _term("=", self, other)
+
+    def __ne__(self, other: Any) -> Any:
+        return _term("distinct", self, other)
+
+
+def _term(operation: str, *parts: _Term) -> _Term:
+    return _Term(f"({operation} {' '.join(part.text for part in parts)})")
+
+
+class _Smt:
+    """Terms of SMT-LIB over the reals."""
+
+    def name(self, name: str) -> _Term:
+        return _Term(name)
+
+    def number(self, value: int) -> _Term:
+        return _Term(f"{value}.0") if value >= 0 else _Term(f"(- {-value}.0)")
+
+    def divide(self, left: _Term, right: _Term) -> _Term:
+        if not right.text.removesuffix(".0").isdigit() or right.text == "0.0":
+            raise refused(right.text, "must be an integer other than 0 where it divides: multiply it out")
+        return _term("/", left, right)
+
+    def absolute(self, value: _Term) -> _Term:
+        return _Term(f"(ite (>= {value.text} 0.0) {value.text} (- {value.text}))")
+
+    def every(self, values: list[_Term]) -> _Term:
+        return _term("and", *values) if len(values) > 1 else values[0]
+
+    def some(self, values: list[_Term]) -> _Term:
+        return _term("or", *values)
+
+    def negation(self, value: _Term) -> _Term:
+        return _term("not", value)
