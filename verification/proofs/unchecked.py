@@ -140,6 +140,11 @@ JOINTS: dict[str, tuple[str, str]] = {
         "5",
         "the label is the template with the lowest F*: it is defined if and only if no other has the same",
     ),
+    "determinant": (
+        "5",
+        "of all products in det(S + T), T diagonal, only that of the diagonal holds every t_j, once: its"
+        " coefficient is 1 for every size; and w_j to t_j = lambda2/(4 w_j) keeps sets of measure 0",
+    ),
     "one-view": (
         "5",
         "with one view F = ||o||^2 - 2 w x'o + R(w, u), R without o; so F* = ||o||^2 - h(x'o), h(c) the"
