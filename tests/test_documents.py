@@ -5,6 +5,7 @@ import json
 import re
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from pkgutil import resolve_name
@@ -13,6 +14,12 @@ import pytest
 
 import convexperc
 from convexperc.problem import read_problem
+from verification.experiments.record.reading import packaged
+from verification.ledger.baseline import read_baseline
+from verification.ledger.claims import CAUSES, CLAIMS, Voice
+from verification.ledger.evidence import Verdict
+from verification.ledger.surveys import DECIDING
+from verification.ledger.verdicts import survey_judgement
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -156,6 +163,47 @@ def test_every_file_and_name_in_code_is_there(document):
             assert (ROOT / code).exists(), code
         if re.fullmatch(r"convexperc(\.\w+)+", code):
             resolve_name(code)
+
+
+def test_the_page_of_the_verifier_has_the_verdicts_of_the_baseline():
+    rows = re.findall(r"^\| ([A-Z]\w+) \| [^|]* \| ([a-z ]+) \|", text("docs/verifier.md"), re.MULTILINE)
+    expected = read_baseline()
+    told = {key: verdict for key, verdict in rows if key in CLAIMS}
+    assert told == {key: expected[key] for key in told}
+    missing = [key for key, each in CLAIMS.items() if each.voice is not Voice.PROMISE and key not in told]
+    assert missing == [f"X{k}" for k in range(1, 9)], "those have a page of their own"
+
+
+def test_the_readme_counts_the_claims_as_the_baseline_does():
+    expected = read_baseline()
+    about = [key for key, each in CLAIMS.items() if each.voice is Voice.PAPER and not each.surveyed]
+    counts = Counter(expected[key] for key in about)
+    words = {1: "one", 2: "two", 3: "three", 8: "eight"}
+    told = " ".join(text("README.md").split())
+    assert f"the paper's {len(about)} claims about formulation and algorithm" in told
+    phrases = {
+        Verdict.HOLDS: "holds",
+        Verdict.HOLDS_UNDER: "holds under a condition",
+        Verdict.SUPPORTED: "is supported by cases",
+        Verdict.REFUTED: "are refuted",
+    }
+    for verdict, phrase in phrases.items():
+        assert f"{words[counts[verdict]]} {phrase}" in told, verdict
+    causes = {cause for key in about if expected[key] is Verdict.REFUTED for cause in CLAIMS[key].causes}
+    assert causes == set(CAUSES), "six causes, as the text says"
+    assert all(CLAIMS[key].causes for key in about if expected[key] is Verdict.REFUTED)
+
+
+def test_the_page_of_the_experiments_has_the_counts_of_the_record():
+    rows = dict(re.findall(r"^\| (X\d/\w+) \| [^|]* \| (.*) \|$", text("docs/experiments.md"), re.MULTILINE))
+    found = packaged()
+    assert set(rows) == {each.part for each in found.surveys}
+    for each in found.surveys:
+        cells = [cell.strip() for cell in rows[each.part].split("|")]
+        verdict, counts = cells[:2] if each.pictures == DECIDING else cells[2:]
+        judged = survey_judgement(each)
+        assert counts == ", ".join(map(str, each.tally)), each.part
+        assert verdict == f"{judged.verdict.value} {judged.condition.partition(':')[0]}".strip(), each.part
 
 
 def test_the_tree_of_the_architecture_is_that_of_the_files():

@@ -1,4 +1,4 @@
-"""What is tried, fixed before looking: numbers of views, repetitions, choices of the lambdas, resamples."""
+"""What is tried: numbers of views, repetitions, choices of the lambdas, resamples."""
 
 from dataclasses import dataclass
 from hashlib import sha256

@@ -5,9 +5,8 @@ from verification.proofs.checkers.matrices import matrix_identity
 from verification.proofs.checkers.reals import real
 from verification.proofs.unchecked import joints
 
-REST = {"k": "||x||^2", "s": "x'u", "w": "the weight of the view"}
-"""What the letters of R(w, u), the part of F without o, stand for."""
-VALUES = {"h": "h at the reference in question", "H": "h at the other reference"}
+SUPREMUM = "h at"
+"""Of what the values of h are called."""
 
 
 def arguments() -> tuple[Argument, ...]:
@@ -20,57 +19,63 @@ def one_view() -> Argument:
     steps = (
         matrix_identity(
             "one-view-loss",
-            "the loss, expanded: o enters by X o and by its length",
+            "the reference enters the loss by Xo and its length alone",
             "(X.T*w - o).T*(X.T*w - o)",
             "(X.T*w).T*(X.T*w) - 2*w.T*X*o + o.T*o",
         ),
         real(
             "one-view-even",
-            "R is the same at a point and at its negative, so h is even",
+            "without the norms of the modalities, R has one value at (w, u) and at (-w, -u)",
             [],
             "k*(-w)**2 + l1*(-s - (-w))**2 + l2*abs(-w) == k*w**2 + l1*(s - w)**2 + l2*abs(w)",
-            **REST,
+            k="the square of ||x||",
+            s="x'u",
+            w="the weight of the view",
         ),
         real(
             "one-view-convex",
-            "what h is the supremum of, at a point between two others",
+            "a supremum of functions that are linear in the product is convex in it",
             ["t >= 0", "t <= 1", "2*w*c - R <= H", "2*w*e - R <= K"],
             "2*w*(t*c + (1 - t)*e) - R <= t*H + (1 - t)*K",
+            c="a value of x'o",
+            e="another value of x'o",
+            t="the share of the first",
             w="the weight of the view",
-            R="R(w, u)",
-            c="x'o of one reference",
-            e="x'o of another one",
-            t="the weight of the first",
-            H="h(c)",
-            K="h(e)",
+            R="R at any (w, u)",
+            H=f"{SUPREMUM} the first value",
+            K=f"{SUPREMUM} the second value",
         ),
         real(
             "one-view-zero",
-            "R has no negative value",
+            "R takes no negative value",
             ["k >= 0", "l1 >= 0", "l2 >= 0", "l3 >= 0", "N >= 0"],
             "k*w**2 + l1*(s - w)**2 + l2*abs(w) + l3*N >= 0",
-            N="the sum of the norms of the blocks of u",
-            **REST,
+            k="the square of ||x||",
+            s="x'u",
+            w="the weight of the view",
+            N="the sum of the norms of the modalities",
         ),
         real(
             "one-view-order",
-            "h at two references, by convexity and its value at 0",
+            "h grows with the size of the product, strictly unless it is 0",
             ["s < 1", "H >= 0", "h <= s*H"],
             "h <= H and (H == 0 or h < H)",
-            s="the ratio of the two values of |x'o|",
-            **VALUES,
+            s="the quotient of the absolute values of the two products",
+            h=f"{SUPREMUM} the smaller one",
+            H=f"{SUPREMUM} the larger one",
         ),
         real(
             "one-view-label",
-            "the lower optimum and the larger value of h",
+            "with one length the order of the optima is the opposite order of h",
             ["F == L**2 - h", "G == L**2 - H"],
-            "(F > G) == (h < H) and (h != 0 or F == L**2)",
-            F="F* of the reference in question",
-            G="F* of the other reference",
-            L="the length of both",
-            **VALUES,
+            "(F > G) == (h < H)",
+            L="the length of the references",
+            F="the optimum of one reference",
+            G="the optimum of another",
+            h=f"{SUPREMUM} the product of the first",
+            H=f"{SUPREMUM} the product of the second",
         ),
-        *joints("one-view", "label"),
+        *joints("one-view", "one-view-scale", "norms"),
     )
     conclusion = (
         "F*_j = ||o_j||^2 - h(|x'o_j|), h the same for all references: with one length the lowest optimum is"

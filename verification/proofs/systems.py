@@ -2,17 +2,17 @@
 
 from verification.ledger.evidence import Argument
 from verification.proofs.checkers.matrices import matrix_identity
-from verification.proofs.checkers.polynomials import exact
+from verification.proofs.checkers.polynomials import exact, identity
 from verification.proofs.checkers.reals import real
-from verification.proofs.unchecked import joints
+from verification.proofs.unchecked import cited, joints
 from verification.proofs.zeros import zero_is_optimal
 
 INVERSE = {"E": "B, or any invertible diagonal matrix", "Ei": "its inverse"}
 
 
 def arguments() -> tuple[Argument, ...]:
-    """N1/positive, C1/woodbury, R1/separated, R1/all_zero."""
-    return positive(), woodbury(), separated(), all_zero()
+    """N1/positive, N1/unlikely, C1/woodbury, R1/separated, R1/all_zero."""
+    return positive(), unlikely(), woodbury(), separated(), all_zero()
 
 
 def positive() -> Argument:
@@ -43,6 +43,32 @@ def positive() -> Argument:
     )
     conclusion = "With |w_i| for w_i and no exact zero both matrices are positive definite, for both factors."
     return Argument("N1/positive", conclusion, "", steps)
+
+
+def unlikely() -> Argument:
+    """N1/unlikely: what can be said for the printed matrix, whose sign is not that of |w_i|."""
+    steps = (
+        identity(
+            "determinant-two",
+            "with two views the determinant of a symmetric matrix plus a diagonal one is a polynomial in the"
+            " diagonal, whose last coefficient is 1",
+            "(a + s)*(b + t) - c**2",
+            "s*t + a*t + b*s + (a*b - c**2)",
+            a="the first entry of the diagonal of XX' + lambda1 I",
+            b="the second",
+            c="the entry beside them",
+            s="the first entry of (lambda2/2) D^w",
+            t="the second",
+        ),
+        cited(
+            "zero-set",
+            "a polynomial that is not the zero polynomial is 0 on a set of measure 0 alone",
+            "B. S. Mityagin, The zero set of a real analytic function, Math. Notes 107 (2020) 529-530",
+        ),
+        *joints("determinant"),
+    )
+    conclusion = "The printed matrix for w is singular only where w lies in a set of measure 0."
+    return Argument("N1/unlikely", conclusion, "", steps)
 
 
 def woodbury() -> Argument:
@@ -80,7 +106,7 @@ def woodbury() -> Argument:
         ),
         real(
             "woodbury-order",
-            "the bound on the multiplications, against the order that the paper states",
+            "the order that the paper states, where there are many more features than views",
             ["n >= 1", "d >= n**2"],
             "8*(n**2*d + n**3) <= 16*d**2",
             n="robots",

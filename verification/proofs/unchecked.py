@@ -140,11 +140,19 @@ JOINTS: dict[str, tuple[str, str]] = {
         "5",
         "the label is the template with the lowest F*: it is defined if and only if no other has the same",
     ),
+    "determinant": (
+        "5",
+        "of all products in det(S + T), T diagonal, only that of the diagonal holds every t_j, once: its"
+        " coefficient is 1 for every size; and w_j to t_j = lambda2/(4 w_j) keeps sets of measure 0",
+    ),
     "one-view": (
         "5",
-        "with n = 1, F - ||o||^2 is R(w, u) - 2 w c, in which o enters by c = x'o alone, so F* = ||o||^2 -"
-        " h(c), where h(c) is the supremum of 2 w c - R(w, u) over (w, u); what bounds each of its values"
-        " bounds h",
+        "with one view F = ||o||^2 - 2 w x'o + R(w, u), R without o; so F* = ||o||^2 - h(x'o), h(c) the"
+        " supremum of 2 w c - R, which is finite as F* >= 0, and 0 at c = 0 as R(0, 0) = 0",
+    ),
+    "one-view-scale": (
+        "5",
+        "h is even and convex, and |c| = s |e| puts |c| between 0 and |e|: h(c) <= s h(e) + (1-s) h(0)",
     ),
     "zero-value": ("5", "F* = F(0, 0) = ||o||^2 where w = u = 0 is optimal, and no view enters"),
 }

@@ -19,7 +19,7 @@ from verification.journal import Journal
 from verification.ledger.claims import PARTS
 from verification.ledger.evidence import Count, Evidence, Outcome
 from verification.proofs.arguments import all_arguments
-from verification.provenance import code_digest, machine, stamp, versions
+from verification.provenance import PROVING, code_digest, installed, machine, stamp, versions
 from verification.run import series
 from verification.search.engine import Result, plan, search
 from verification.search.profiles import Profile
@@ -166,7 +166,7 @@ def _settings(options: Options) -> dict[str, Any]:
         "problems of each family": options.profile.problems,
         "seed": options.seed,
         "claims": list(options.claims),
-        "versions": versions(),
+        "versions": versions() | {name: installed(name) for name in PROVING},
     }
 
 

@@ -52,7 +52,15 @@ def test_the_parts_that_are_proved() -> None:
         *("F4/parallel", "D1/corrected", "D2/corrected", "L1/inequality", "L2/elementwise", "A1/lambda1_one"),
         *("A2/elementwise", "T1a/corrected/gauss_seidel", "T1a/corrected/jacobi", "T1c/descent/gauss_seidel"),
         *("T1c/descent/jacobi", "T1c/limit", "T1c/smoothed_descent", "T1c/smoothed_distance", "T1c/absolute"),
-        *("T1c/rate", "C1/woodbury", "N1/positive", "R1/separated", "R1/one_view", "R1/all_zero"),
+        *(
+            "T1c/rate",
+            "C1/woodbury",
+            "N1/positive",
+            "N1/unlikely",
+            "R1/separated",
+            "R1/one_view",
+            "R1/all_zero",
+        ),
     }
     assert len(ALL) == len(ARGUMENTS)
 
