@@ -101,6 +101,9 @@ def test_a_repair_that_is_not_proved_is_not_called_so() -> None:
     text = first(told(arguments=[]))
     assert "F never rises." not in text
     assert "that F never rises: supported in this run and supported in this run" in text
+    assert "then tend to F*" not in text
+    assert "That its values tend to F* provided that lambda1, lambda2, lambda3 > 0" in text
+    assert "ever becomes exactly 0: supported in this run" in text
     assert "structure" not in findings.structure(told(arguments=[]))
     assert "descent method" in findings.structure(told(arguments=ALL_PROVED))
     assert "then tend to F*" in first(told(arguments=ALL_PROVED))
