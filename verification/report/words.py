@@ -58,8 +58,8 @@ VERDICTS = {
     " names the choice that matters most, if there is one.",
     Verdict.NOT_REPRODUCED: "For an experiment: found in at most 5 % of the configurations. It may still be"
     " true of the paper's data.",
-    Verdict.OPPOSITE: "For an experiment: the opposite was found in at least 95 % of the configurations."
-    " The claim may still be true of the paper's data.",
+    Verdict.OPPOSITE: "For an experiment: in at least 95 % of the configurations the opposite was found, of a"
+    " claim with several comparisons in at least one of them. It may still be true of the paper's data.",
 }
 
 TONES = {

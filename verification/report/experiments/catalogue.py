@@ -110,7 +110,7 @@ PLANS = (
         figures.information,
         "Mutual information by rank",
         "Default configuration, (0.1, 0.1): mean mutual information of the gray values of a view and of the"
-        " reference, for the views ranked 1 to 6 by |w|, with 95 % intervals over the scenes.",
+        " reference, for the views ranked 1 to 6 by |w|, with 95 % intervals over objects and scenes.",
     ),
     _Plan(
         "weights",
