@@ -29,7 +29,10 @@ IN_WORDS = {
         "depend on a choice that the paper leaves open",
     ),
     Verdict.NOT_REPRODUCED: ("is not reproduced", "are not reproduced"),
-    Verdict.OPPOSITE: ("comes out the opposite way", "come out the opposite way"),
+    Verdict.OPPOSITE: (
+        "is contradicted in at least one comparison",
+        "are contradicted in at least one comparison",
+    ),
     Verdict.INCONCLUSIVE: ("remains undecided", "remain undecided"),
     Verdict.NOT_TESTABLE: ("could not be tested", "could not be tested"),
 }
