@@ -257,13 +257,14 @@ def test_dividing_the_features_is_scaling_the_lambdas() -> None:
 
 
 def test_a_configuration_is_vacuous_where_no_setting_can_be_told_from_another() -> None:
-    equal = [[0.3, 0.5, 0.6]] * 3 + [[0.9, 0.5, 0.6]]
-    assert vacuous(equal), "one view tells nothing"
-    assert not vacuous([*equal[:3], [0.3, 0.5, 0.61]])
+    flat = {"accuracy": [[0.3, 0.5, 0.6]] * 3 + [[0.9, 0.5, 0.6]], "grid": [[0.5] * 5] * 5}
+    assert vacuous(flat), "one view tells nothing"
+    assert not vacuous(flat | {"accuracy": [*flat["accuracy"][:3], [0.3, 0.5, 0.61]]})
+    assert not vacuous(flat | {"grid": [[0.5] * 5] * 4 + [[0.125] * 5]}), "all right at small lambdas"
     found = packaged()
     assert found is not None
     for pictures in found.content["sets"]:
-        assert [each["id"] for each in pictures["readings"] if vacuous(each["accuracy"])] == []
+        assert [each["id"] for each in pictures["readings"] if vacuous(each)] == []
 
 
 def test_with_one_view_and_references_of_one_length_no_lambda_counts() -> None:

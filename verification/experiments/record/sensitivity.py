@@ -60,15 +60,14 @@ def agreeing(entries: Sequence[Entry], part: str) -> int:
     return sum(each["above"] == each["comparisons"] for each in decided)
 
 
-def vacuous(accuracy: Sequence[Sequence[float]]) -> bool:
-    """Whether no setting can be told from another: equal accuracies at every n >= 2.
+def vacuous(entry: Entry) -> bool:
+    """Whether no lambda makes a difference: equal accuracies of the settings from n = 2 on, and on the grid.
 
-    Parameters
-    ----------
-    accuracy : sequence of sequence of float
-        By setting, then number of views from 1 on.
+    Where the grid goes from 0 to 10 and nothing changes, the lambdas are not of the scale of the data.
     """
-    return all(row[1:] == accuracy[0][1:] for row in accuracy)
+    rows = [row[1:] for row in entry["accuracy"]]
+    cells = {cell for row in entry["grid"] for cell in row}
+    return len(cells) == 1 and all(row == rows[0] for row in rows)
 
 
 def level_name(level: object) -> str:
