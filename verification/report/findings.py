@@ -146,15 +146,18 @@ def _experiments(report: Report) -> Finding | None:
         return None
     if all(claim.verdict is Verdict.NOT_TESTABLE for claim in claims):
         return Finding("No record of the experiments was available, so this run says nothing about them.", ())
-    counted = {verdict: [claim.id for claim in claims if claim.verdict is verdict] for verdict in IN_WORDS}
-    told = listed(
-        [f"{len(ids)} {IN_WORDS[verdict][len(ids) != 1]}" for verdict, ids in counted.items() if ids]
-    )
+    told = counted([claim.verdict for claim in claims])
     text = (
         f"Of the paper's {many(claims, 'claim')} about experiments, {told}: on simulated scenes, with"
         " photographs beside them, and not on the paper's own data, which are not public."
     )
     return Finding(text, ("experiments",))
+
+
+def counted(verdicts: Sequence[str]) -> str:
+    """How many verdicts on experiments are of which kind, in words."""
+    found = {verdict: verdicts.count(verdict) for verdict in IN_WORDS}
+    return listed([f"{count} {IN_WORDS[verdict][count != 1]}" for verdict, count in found.items() if count])
 
 
 def _advice(report: Report) -> Finding | None:
@@ -208,9 +211,7 @@ def structure(report: Report) -> str:
 
 def causes(report: Report) -> list[Caused]:
     """Each cause of refuted claims of the paper, as far as they were judged."""
-    refuted = [
-        each for each in report.claims if each.voice is Voice.PAPER and each.verdict is Verdict.REFUTED
-    ]
+    refuted = _refuted(report)
     parts = {part.key: part for part in report.parts}
     records = {each.id: each for part in report.parts for each in part.counterexamples if each.confirmed}
     made = []
@@ -225,9 +226,7 @@ def causes(report: Report) -> list[Caused]:
 
 def counted_by_cause(report: Report) -> str:
     """How many refuted claims of the paper come from how many causes, and which of them are one story."""
-    refuted = [
-        each for each in report.claims if each.voice is Voice.PAPER and each.verdict is Verdict.REFUTED
-    ]
+    refuted = _refuted(report)
     if not refuted:
         return "No claim of the paper is refuted in this run."
     made = causes(report)
@@ -242,6 +241,11 @@ def counted_by_cause(report: Report) -> str:
             " them."
         )
     return told
+
+
+def _refuted(report: Report) -> list[JudgedClaim]:
+    """The paper's claims that are refuted."""
+    return [claim for claim in by_voice(report.claims, Voice.PAPER) if claim.verdict is Verdict.REFUTED]
 
 
 def by_voice(claims: Sequence[JudgedClaim], voice: Voice) -> list[JudgedClaim]:

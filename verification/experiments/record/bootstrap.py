@@ -46,11 +46,21 @@ def intervals(values: Floats, scenes: Sequence[Scene], design: Design, compariso
     comparisons : int
         Each interval is at 1 - 0.05 / comparisons: so many hold together at 0.95.
     """
+    means = resampled(values, scenes, design)
+    return Intervals(values.mean(axis=0), *quantiles(means, comparisons))
+
+
+def resampled(values: Floats, scenes: Sequence[Scene], design: Design) -> Floats:
+    """The means of the resamples, shape (resamples, k); see `intervals`."""
     weights = resamples(tuple(scenes), design.resamples, design.seed)
-    means = weights @ values / weights.sum(axis=1, keepdims=True)
+    return np.asarray(weights @ values / weights.sum(axis=1, keepdims=True))
+
+
+def quantiles(means: Floats, comparisons: int) -> tuple[Floats, Floats]:
+    """Lower and upper bounds of `intervals` from the resampled means."""
     tail = (1.0 - PROTOCOL.confidence) / (2 * comparisons)
     lower, upper = np.quantile(means, [tail, 1.0 - tail], axis=0)
-    return Intervals(values.mean(axis=0), lower, upper)
+    return lower, upper
 
 
 @lru_cache(maxsize=8)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from convexperc.errors import InputError
 from verification.experiments.design import Design
 from verification.experiments.measure.numbers import rounded
-from verification.experiments.record.bootstrap import Intervals, intervals
+from verification.experiments.record.bootstrap import quantiles, resampled
 from verification.experiments.record.entries import Decided
 from verification.experiments.scenes.pictures import Scene
 from verification.ledger.claims import PARTS
@@ -80,17 +80,17 @@ def judge(claim: Comparisons, rule: Rule, design: Design) -> Comparison:
         raise ValueError(f"{units} units of {len(claim.scenes)} scenes")
     if units == 0:
         return Comparison(SurveyOutcome.OPEN, None, None, None, names[0], 0, 0, claim.left_out)
-    found = intervals(values, claim.scenes, design)
-    joint = intervals(values, claim.scenes, design, rule.comparisons)
-    k, ((lower,), (upper,)) = rule.decide(_bounds(found), _bounds(joint))
-    above = int((found.mean.round(DIGITS) > 0.0).sum())
+    mean, means = values.mean(axis=0), resampled(values, claim.scenes, design)
+    k, ((lower,), (upper,)) = rule.decide(_bounds(means, 1), _bounds(means, rule.comparisons))
+    above = int((mean.round(DIGITS) > 0.0).sum())
     outcome = rule.outcome(lower, upper)
-    return Comparison(outcome, float(found.mean[k]), lower, upper, names[k], above, units, claim.left_out)
+    return Comparison(outcome, float(mean[k]), lower, upper, names[k], above, units, claim.left_out)
 
 
-def _bounds(found: Intervals) -> Bounds:
+def _bounds(means: Floats, comparisons: int) -> Bounds:
     """Bounds as the record has them, so that they can be judged again."""
-    return Bounds(rounded(found.lower.round(DIGITS)), rounded(found.upper.round(DIGITS)))
+    lower, upper = quantiles(means, comparisons)
+    return Bounds(rounded(lower.round(DIGITS)), rounded(upper.round(DIGITS)))
 
 
 def entry(found: Comparison, rule: Rule) -> Decided:

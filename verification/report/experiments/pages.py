@@ -19,9 +19,8 @@ from verification.report.experiments.blocks import Picture
 from verification.report.experiments.markdown import lines
 from verification.report.experiments.section import section
 from verification.report.experiments.summary import summary
-from verification.report.findings import IN_WORDS
+from verification.report.findings import counted
 from verification.report.mathml import set_formulas
-from verification.report.sentences import listed
 from verification.report.words import TONES
 
 TITLE = "The experiments, done again on simulated scenes and photographs"
@@ -119,8 +118,6 @@ def _lead(sets: list[Mapping[str, Any]]) -> str:
     told = []
     for each in sets:
         found = [claim["verdict"] for claim in each["claims"].values()]
-        counted = {verdict: found.count(verdict) for verdict in IN_WORDS if verdict in found}
-        counts = [f"{count} {IN_WORDS[verdict][count != 1]}" for verdict, count in counted.items()]
         beside = "" if each["name"] == DECIDING else ", beside it"
-        told.append(f"{str(each['name']).capitalize()}{beside}: of {len(found)} parts, {listed(counts)}.")
+        told.append(f"{str(each['name']).capitalize()}{beside}: of {len(found)} parts, {counted(found)}.")
     return " ".join(told)
