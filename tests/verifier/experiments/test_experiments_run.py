@@ -19,7 +19,7 @@ from verification.__main__ import app
 from verification.experiments.design import BOTH, NOTHING, Design
 from verification.experiments.measure import evaluation
 from verification.experiments.measure.configurations import Configuration, first, fraction
-from verification.experiments.measure.evaluation import UNNORMALISED, Task, to_unit_references
+from verification.experiments.measure.evaluation import ANY_LENGTH, Task, to_unit_references
 from verification.experiments.measure.features import Store, blocks, prepare
 from verification.experiments.measure.weights import weigh
 from verification.experiments.record.collection import Collection
@@ -231,7 +231,7 @@ def of_scale(cache: Path, configuration: Configuration) -> float:
 
 def test_no_normalisation_makes_the_lambdas_vanish(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Features that are not normalised are long: at equal lambdas every setting would be (0, 0)."""
-    chosen = next(each for each in fraction() if each["normalisation"] == UNNORMALISED)
+    chosen = next(each for each in fraction() if each["normalisation"] == ANY_LENGTH)
     given = collection()
     prepare(given.physical, Store.of(cache, given.physical), [chosen], 1, lambda done, total: None)
     scaled = of_scale(cache, chosen)

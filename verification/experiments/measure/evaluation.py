@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.features.configuration import UNIT_SUM
 from verification.experiments.design import Design
 from verification.experiments.measure.baselines import run_baselines
 from verification.experiments.measure.configurations import Configuration, first
@@ -16,8 +17,8 @@ from verification.experiments.measure.weights import weigh
 from verification.experiments.scenes.pictures import STUDIED, Layout
 
 Floats = NDArray[np.float64]
-UNNORMALISED = "none"
-"""Of the levels of the normalisation, the one that leaves features as long as they are."""
+ANY_LENGTH = (UNIT_SUM, "none")
+"""Of the levels of the normalisation, those with references of different lengths."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +38,7 @@ class Part:
     def described(self, configuration: Configuration) -> tuple[Floats, Known]:
         """Features of all pictures, and the references."""
         X = self.store.matrix(configuration)
-        if configuration.features.normalisation == UNNORMALISED:
+        if configuration.features.normalisation in ANY_LENGTH:
             X = to_unit_references(X, len(self.layout.objects))
         O = np.ascontiguousarray(X[: len(self.layout.objects)].T)  # noqa: E741 - the paper's symbol
         return X, Known(self.layout.objects, O, configuration.features.modality_sizes, configuration.lambda1)
@@ -52,8 +53,8 @@ def to_unit_references(X: Floats, references: int) -> Floats:
     """Divide features by t, the root mean square of the references' lengths.
 
     F(w, u; X, o, t^2 lambda1, t^2 lambda2, t^3 lambda3) = t^2 F(w, t u; X/t, o/t, lambda1, lambda2, lambda3):
-    features that are not normalised are judged at lambdas that grow with them. At the same lambdas as those
-    of length 1 they would make every setting nearly lambda2 = lambda3 = 0.
+    features of any length are judged at lambdas that grow with it. At the lambdas meant for length 1, long
+    features would make every setting nearly lambda2 = lambda3 = 0, and short ones would make w nearly 0.
 
     Parameters
     ----------
