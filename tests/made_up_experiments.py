@@ -204,14 +204,14 @@ def _tally(key, readings):
 
 
 def _verdict(counts, *, figure):
-    reproduced, _, opposite, left = (each / sum(counts) for each in counts)
+    reproduced, flat, opposite, _ = (each / sum(counts) for each in counts)
     if reproduced >= 0.95:
         return "reproduced"
     if opposite >= 0.95:
         return "not reproduced" if figure else "opposite found"
-    if left >= 0.95:
-        return "inconclusive"
-    return "not reproduced" if reproduced <= 0.05 else "depends on"
+    if reproduced > 0.05:
+        return "depends on"
+    return "not reproduced" if flat + opposite > 0.5 else "inconclusive"
 
 
 def by_level(key, readings):

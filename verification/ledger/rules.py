@@ -116,6 +116,9 @@ class Protocol:
         Of an interval by itself, and of the joint intervals of a part together.
     deciding_share : float
         Part of the configurations that must agree, at least; the same for every outcome.
+    contradicted_share : float
+        Part of the configurations with the opposite or no effect above which a part that is not reproduced is
+        called so; with fewer it is inconclusive.
     deciding_spread : float
         Least difference between the levels of a factor that is said to decide.
     """
@@ -134,10 +137,11 @@ class Protocol:
     resamples: int
     confidence: float
     deciding_share: float
+    contradicted_share: float
     deciding_spread: float
 
     def __post_init__(self) -> None:
-        for name in ("confidence", "deciding_share", "deciding_spread"):
+        for name in ("confidence", "deciding_share", "contradicted_share", "deciding_spread"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise InputError(name, value=getattr(self, name), must="must be in (0, 1)")
 
@@ -155,11 +159,10 @@ class Protocol:
             return Verdict.REPRODUCED
         if tally.opposite >= needed:
             return Verdict.NOT_REPRODUCED if figure else Verdict.OPPOSITE
-        if tally.open >= needed:
-            return Verdict.INCONCLUSIVE
-        if tally.total - tally.reproduced >= needed:
-            return Verdict.NOT_REPRODUCED
-        return Verdict.DEPENDS
+        if tally.total - tally.reproduced < needed:
+            return Verdict.DEPENDS
+        contradicted = tally.opposite + tally.no_effect > self.contradicted_share * tally.total
+        return Verdict.NOT_REPRODUCED if contradicted else Verdict.INCONCLUSIVE
 
     def deciding_factor(self, levels: Levels) -> str:
         """Name what an outcome depends on: a factor with its extreme levels, or that there is no such one."""

@@ -15,13 +15,13 @@ from typer.testing import CliRunner
 
 from convexperc import Problem, solve
 from convexperc.features import extract
+from convexperc.features.configuration import NORMALISATIONS
 from verification.__main__ import app
-from verification.experiments.design import BOTH, NOTHING, Design
+from verification.experiments.design import BOTH, Design
 from verification.experiments.measure import evaluation
 from verification.experiments.measure.configurations import Configuration, first, fraction
 from verification.experiments.measure.evaluation import ANY_LENGTH, Task, to_unit_references
 from verification.experiments.measure.features import Store, blocks, prepare
-from verification.experiments.measure.weights import weigh
 from verification.experiments.record.collection import Collection
 from verification.experiments.record.rankings import rankings
 from verification.experiments.record.reading import packaged
@@ -221,23 +221,25 @@ def test_features_are_those_of_the_library(unbroken: Mapping[str, Any], cache: P
     assert not Store.of(tmp_path, pictures).known(blocks(CONFIGURATIONS[0])[0])
 
 
-def of_scale(cache: Path, configuration: Configuration) -> float:
-    """How far the paper's lambdas move w from that of least squares, relatively, in every scene."""
+def share_of_critical(cache: Path, configuration: Configuration) -> float:
+    """The paper's lambda2 in terms of that from which w = 0: the least of the references by themselves."""
     (part, _) = collection().parts(cache)
-    X, known = part.described(configuration)
-    paper, free = (weigh(part.layout, X, known, pair=pair).w for pair in (BOTH, NOTHING))
-    return float((np.abs(paper - free).max(axis=1) / np.abs(free).max(axis=1)).min())
+    _, known = part.described(configuration)
+    return float((BOTH[0] / (2.0 * (known.O**2).sum(axis=0))).min())
 
 
-def test_no_normalisation_makes_the_lambdas_vanish(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Features that are not normalised are long: at equal lambdas every setting would be (0, 0)."""
-    chosen = next(each for each in fraction() if each["normalisation"] == ANY_LENGTH)
+@pytest.mark.parametrize("normalisation", NORMALISATIONS)
+def test_the_lambdas_are_of_the_scale_of_the_features(
+    normalisation: str, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At equal lambdas, long features would make every setting (0, 0), and short ones w nearly 0."""
+    chosen = next(each for each in fraction() if each["normalisation"] == normalisation)
     given = collection()
     prepare(given.physical, Store.of(cache, given.physical), [chosen], 1, lambda done, total: None)
-    scaled = of_scale(cache, chosen)
-    assert scaled > 1e-2
+    assert 0.01 < share_of_critical(cache, chosen) <= 0.05
     monkeypatch.setattr(evaluation, "to_unit_references", lambda X, references: X)
-    assert of_scale(cache, chosen) < 1e-2 * scaled, "the fault would be seen"
+    if normalisation in ANY_LENGTH:
+        assert not 0.01 < share_of_critical(cache, chosen) <= 0.05, "the fault would be seen"
 
 
 def test_dividing_the_features_is_scaling_the_lambdas() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from made_up_pictures import measured, picture_set
 from numpy.typing import NDArray
-from scipy.stats import binom
+from scipy.stats import binom, norm, t
 
 from verification.experiments.design import (
     BOTH,
@@ -42,6 +42,7 @@ from verification.experiments.measure.trials import (
     run_explained,
     run_trials,
 )
+from verification.experiments.record.bootstrap import intervals
 from verification.experiments.record.claims import CLAIMS, PEAK
 from verification.experiments.record.detail import detail
 from verification.experiments.record.judged import recorded
@@ -67,10 +68,11 @@ def repeated(by_scene: NDArray[np.bool_], shape: tuple[int, int], chosen: Sequen
 
 
 def width(count: int, units: int, comparisons: int) -> float:
-    """Of the bootstrap's interval for a mean of 0s and 1s: resampled sums are binomial."""
+    """Of the interval for a mean of 0s and 1s: resampled sums are binomial, and few units widen it."""
     tail = 0.05 / (2 * comparisons)
     low, high = binom.ppf([tail, 1.0 - tail], units, count / units)
-    return float(high - low) / units
+    widened = np.sqrt(units / (units - 1)) * t.ppf(tail, units - 1) / norm.ppf(tail)
+    return float(widened * (high - low) / units)
 
 
 RIGHT_SCENES = np.arange(15) < 10
@@ -90,7 +92,7 @@ def test_trials_and_scenes_of_one_object_move_together_in_the_interval_of_a_clai
     assert found.statistic == pytest.approx(2 / 3)
     assert found.units == 15, "a trial was taken for a scene"
     wanted = width(2, 3, rule_of(part).comparisons)
-    assert found.upper - found.lower == pytest.approx(wanted), "an interval of the wrong width"
+    assert found.upper - found.lower == pytest.approx(wanted, rel=1e-5), "an interval of the wrong width"
     for trials_or_scenes in (15, 300):
         other = width(trials_or_scenes * 2 // 3, trials_or_scenes, rule_of(part).comparisons)
         assert wanted > 1.2 * other, "else the test could not tell them apart"
@@ -106,7 +108,14 @@ def test_trials_and_scenes_of_one_object_move_together_in_the_intervals_that_are
     assert len(cells) == 2 * 24 + 3 * 6
     for cell in cells:
         assert cell["score"] == pytest.approx(2 / 3)
-        assert cell["upper"] - cell["lower"] == pytest.approx(width(2, 3, 1)), cell
+        assert (cell["lower"], cell["upper"]) == (0.0, 1.0), "two right of three objects say little"
+    scores = np.linspace(0.4, 0.6, 15)
+    mean, lower, upper = np.ravel(intervals(scores[:, None], given.layout.scenes, DESIGN))
+    assert 0.0 < lower < mean < upper < 1.0
+    shown = detail(replace(given, baselines=np.broadcast_to(scores[:, None, None, None], baselines.shape)))
+    for row in shown["baselines"].values():
+        for cell in row:
+            assert [cell[key] for key in ("score", "lower", "upper")] == pytest.approx([mean, lower, upper])
 
 
 # ---------- names of rows and columns
@@ -230,11 +239,14 @@ def test_comparisons_are_named_by_the_lambdas_and_views_that_they_compare(
     high, low = (np.mean([score(pair, n, scene) for n in range(2, 7)]) for pair in SETTINGS[1:3])
     assert numbers(name) == [0.1, 0.0, 0.0, 0.1]
     assert gain[0] == pytest.approx(high - low), name
-    peak = np.mean([score(pair, n, scene) for pair in PEAK for n in (3, 6)])
+    peak = max(np.mean([score(pair, n, scene) for n in (3, 6)]) for pair in PEAK)
+    compared = []
     for part in ("X8/zero", "X8/ten", "X8/peak"):
         for name, gain in CLAIMS[part](given).differences.items():
             a, b = numbers(name)
+            compared.append((a, b))
             assert gain[0] == pytest.approx(peak - np.mean([score((a, b), n, scene) for n in (3, 6)])), name
+    assert sorted([*compared, *PEAK]) == list(product((0.0, 0.1, 1.0, 10.0), repeat=2)), "each cell once"
 
 
 def test_means_over_the_configurations_are_those_of_their_levels() -> None:

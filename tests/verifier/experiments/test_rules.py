@@ -78,6 +78,21 @@ def test_intervals_cover_at_their_rate_where_objects_differ() -> None:
     assert ratio == pytest.approx(2.0, abs=0.25), "four scenes of one object are no four objects"
 
 
+@pytest.mark.parametrize("objects", [3, 8])
+def test_intervals_of_few_objects_cover_no_less(objects: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    given = scenes(objects, each=30)
+    assert 0.93 <= coverage(given, between=1.0, within=1.0) <= 0.99
+    monkeypatch.setattr(bootstrap, "stretch", lambda objects, tail: 1.0)
+    assert coverage(given, between=1.0, within=1.0) < 0.92, "percentile intervals alone are too short"
+
+
+def test_one_object_has_no_interval() -> None:
+    with pytest.raises(ValueError, match="1 objects: an interval needs at least two"):
+        intervals(np.zeros((5, 1)), scenes(1, 5), DESIGN)
+    found = judge(Comparisons({"a": np.ones(5)}, scenes(1, 5), left_out=2), rule(), DESIGN)
+    assert (found.outcome, found.statistic, found.units, found.left_out) == ("open", None, 5, 2)
+
+
 def test_scenes_as_the_unit_would_cover_too_rarely(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fault that the test above is there to catch."""
 
@@ -237,7 +252,9 @@ def test_what_an_interval_says(lower: float, upper: float, outcome: str) -> None
         ((7, 0, 121, 0), "depends on"),
         ((0, 128, 0, 0), "not reproduced"),
         ((0, 6, 0, 122), "inconclusive"),
-        ((0, 7, 0, 121), "not reproduced"),
+        ((6, 32, 32, 58), "inconclusive"),
+        ((6, 32, 33, 57), "not reproduced"),
+        ((7, 0, 0, 121), "depends on"),
         ((64, 0, 64, 0), "depends on"),
     ],
 )

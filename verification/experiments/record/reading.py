@@ -172,10 +172,10 @@ def _outcome(found: Decided, rule: Rule, where: str) -> SurveyOutcome:
     outcome = SurveyOutcome(found["outcome"])
     if not 0 <= found["above"] <= found["comparisons"]:
         raise FileFormatError(f"above of {where}", value=found["above"], must="must be at most comparisons")
-    if found["units"] == 0:
-        _equal(f"outcome of {where} without a scene", outcome, SurveyOutcome.OPEN, RECOUNT)
-        return outcome
     lower, upper = found["lower"], found["upper"]
+    if lower is None and upper is None:
+        _equal(f"outcome of {where} without bounds", outcome, SurveyOutcome.OPEN, RECOUNT)
+        return outcome
     if lower is None or upper is None or not lower <= upper:
         raise FileFormatError(
             f"bounds of {where}", value=(lower, upper), must="must be numbers", remedy=RECOUNT

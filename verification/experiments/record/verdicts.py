@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from convexperc.errors import InputError
 from verification.experiments.design import Design
 from verification.experiments.measure.numbers import rounded
-from verification.experiments.record.bootstrap import quantiles, resampled
+from verification.experiments.record.bootstrap import bounded, object_count, resampled
 from verification.experiments.record.entries import Decided
 from verification.experiments.scenes.pictures import Scene
 from verification.ledger.claims import PARTS
@@ -57,7 +57,7 @@ def rule_of(part: str) -> Rule:
 
 
 def judge(claim: Comparisons, rule: Rule, design: Design) -> Comparison:
-    """Find the comparison that decides, and what it says; without numbers if there is not a single unit.
+    """Find the comparison that decides, and what it says; without numbers where there are no two objects.
 
     Parameters
     ----------
@@ -78,18 +78,20 @@ def judge(claim: Comparisons, rule: Rule, design: Design) -> Comparison:
     units = len(values)
     if units != len(claim.scenes):
         raise ValueError(f"{units} units of {len(claim.scenes)} scenes")
-    if units == 0:
-        return Comparison(SurveyOutcome.OPEN, None, None, None, names[0], 0, 0, claim.left_out)
+    objects = object_count(claim.scenes)
+    if objects < 2:
+        return Comparison(SurveyOutcome.OPEN, None, None, None, names[0], 0, units, claim.left_out)
     mean, means = values.mean(axis=0), resampled(values, claim.scenes, design)
-    k, ((lower,), (upper,)) = rule.decide(_bounds(means, 1), _bounds(means, rule.comparisons))
+    bounds = (_bounds(values, means, objects, count) for count in (1, rule.comparisons))
+    k, ((lower,), (upper,)) = rule.decide(*bounds)
     above = int((mean.round(DIGITS) > 0.0).sum())
     outcome = rule.outcome(lower, upper)
     return Comparison(outcome, float(mean[k]), lower, upper, names[k], above, units, claim.left_out)
 
 
-def _bounds(means: Floats, comparisons: int) -> Bounds:
+def _bounds(values: Floats, means: Floats, objects: int, comparisons: int) -> Bounds:
     """Bounds as the record has them, so that they can be judged again."""
-    lower, upper = quantiles(means, comparisons)
+    _, lower, upper = bounded(values, means, objects, comparisons)
     return Bounds(rounded(lower.round(DIGITS)), rounded(upper.round(DIGITS)))
 
 
