@@ -70,75 +70,74 @@ def update() -> tuple[Step, ...]:
     )
 
 
-VIEWS = "(w + 3*x - 1)**2 + x**2 + abs(w) + abs(x)"
-MODALITIES = "(w - 1)**2 + (3*w + x - 3)**2 + (u + 3*y - w)**2 + (y - x)**2 + abs(u) + abs(y)"
-GIVEN_VIEWS = "X = [[1, 0], [3, 1]], o = (1, 0), lambda1 = lambda2 = 1, lambda3 = 0"
-GIVEN_MODALITIES = (
-    "X = [[1, 3], [0, 1]], o = (1, 3), lambda1 = lambda3 = 1, lambda2 = 0, modalities of one column"
-)
+VIEWS = "(w + x - 1)**2 + x**2 + (u - w)**2 + (u + y - x)**2 + abs(w) + abs(x) + abs(u) + abs(y)"
+MODALITIES = "(w - 1)**2 + (2*w - 2)**2 + (u + 2*y - w)**2 + abs(w) + abs(u) + abs(y)"
+GIVEN_VIEWS = "X = [[1, 0], [1, 1]], o = (1, 0), all lambdas 1, modalities of one column"
+GIVEN_MODALITIES = "X = (1, 2), o = (1, 2), all lambdas 1, modalities of one column"
 
 
 def locking() -> tuple[Step, ...]:
-    """What an exact zero does."""
+    """What an exact zero does where all lambdas are positive."""
     return (
         exact(
             "lock-view-start",
             "the start solves X'w - o and Xu - w for 0: w_2 is 0 from the start on",
-            "1*1 + 3*0 == 1 and 0*1 + 1*0 == 0 and 1*1 + 0*(-3) == 1 and 3*1 + 1*(-3) == 0",
-            f"{GIVEN_VIEWS}; w = (1, 0), u = (1, -3)",
+            "1*1 + 1*0 == 1 and 0*1 + 1*0 == 0 and 1*1 + 0*(-1) == 1 and 1*1 + 1*(-1) == 0",
+            f"{GIVEN_VIEWS}; w = (1, 0), u = (1, -1)",
         ),
         real(
             "lock-view",
             "with w_2 held at 0, F does not fall below the value where it ends",
             ["x == 0"],
-            f"{VIEWS} >= 3/4",
-            w="w_1",
-            x="w_2; Xu - w is 0",
-        ),
-        exact(
-            "lock-view-better",
-            "Xu - w is 0, and F has the value 3/8",
-            "(0 + 3*(1/4) - 1)**2 + (1/4)**2 + 1/4 == 3/8 and 1*0 + 0*(1/4) == 0 and 3*0 + 1*(1/4) == 1/4",
-            f"{GIVEN_VIEWS}; w = u = (0, 1/4)",
-        ),
-        real(
-            "lock-view-optimum",
-            "which is the optimum",
-            [],
-            f"{VIEWS} >= 3/8",
-            w="w_1",
-            x="w_2; Xu - w is 0 or adds more",
-        ),
-        exact(
-            "lock-modality-start",
-            "the start solves X'w - o and Xu - w for 0: u_2 is 0 from the start on",
-            "1*1 + 0*0 == 1 and 3*1 + 1*0 == 3 and 1*1 + 3*0 == 1 and 0*1 + 1*0 == 0",
-            f"{GIVEN_MODALITIES}; w = (1, 0), u = (1, 0)",
-        ),
-        real(
-            "lock-modality",
-            "with u_2 held at 0, F does not fall below the value where it ends",
-            ["y == 0"],
-            f"{MODALITIES} >= 31/44",
+            f"{VIEWS} >= 7/8",
             w="w_1",
             x="w_2",
             u="u_1",
             y="u_2",
         ),
         exact(
+            "lock-view-better",
+            "F has the value 17/20",
+            "(1/5 + 1/10 - 1)**2 + (1/10)**2 + (1/5)**2 + (1/10)**2 + 1/5 + 1/10 == 17/20 and 17/20 < 7/8",
+            f"{GIVEN_VIEWS}; w = (1/5, 1/10), u = (0, 0)",
+        ),
+        exact(
+            "lock-view-optimum",
+            "which is the optimum, by a feasible dual point of that value: Xa - b is at most lambda2 and X'b"
+            " at most lambda3",
+            "abs(1*(-7/5) + 0*(1/5) + 2/5) <= 1 and abs(1*(-7/5) + 1*(1/5) + 1/5) <= 1"
+            " and abs(1*(-2/5) + 1*(-1/5)) <= 1 and abs(0*(-2/5) + 1*(-1/5)) <= 1"
+            " and -(1*(-7/5) + 0*(1/5)) - ((7/5)**2 + (1/5)**2)/4 - ((2/5)**2 + (1/5)**2)/4 == 17/20",
+            f"{GIVEN_VIEWS}; a = (-7/5, 1/5), b = (-2/5, -1/5)",
+        ),
+        exact(
+            "lock-modality-start",
+            "the start solves X'w - o and Xu - w for 0: u_2 is 0 from the start on",
+            "1*1 == 1 and 2*1 == 2 and 1*1 + 2*0 == 1",
+            f"{GIVEN_MODALITIES}; w = 1, u = (1, 0)",
+        ),
+        real(
+            "lock-modality",
+            "with u_2 held at 0, F does not fall below the value where it ends",
+            ["y == 0"],
+            f"{MODALITIES} >= 31/20",
+            w="the weight of the view",
+            u="u_1",
+            y="u_2",
+        ),
+        exact(
             "lock-modality-better",
-            "F has the value 135/476",
-            "(215/238 - 1)**2 + (3*(215/238) + 32/119 - 3)**2 + (0 + 3*(59/238) - 215/238)**2"
-            " + (59/238 - 32/119)**2 + 0 + 59/238 == 135/476 and 135/476 < 31/44",
-            f"{GIVEN_MODALITIES}; w = (215/238, 32/119), u = (0, 59/238)",
+            "F has the value 53/40",
+            "(17/20 - 1)**2 + (2*(17/20) - 2)**2 + (0 + 2*(3/10) - 17/20)**2 + 17/20 + 0 + 3/10 == 53/40"
+            " and 53/40 < 31/20",
+            f"{GIVEN_MODALITIES}; w = 17/20, u = (0, 3/10)",
         ),
         exact(
             "lock-modality-optimum",
-            "which is the optimum, by a feasible dual point of that value: Xa - b is 0, X'b at most lambda3",
-            "1*(-23/119) + 3*(-5/119) == -38/119 and 0*(-23/119) + 1*(-5/119) == -5/119"
-            " and abs(1*(-38/119) + 0*(-5/119)) <= 1 and abs(3*(-38/119) + 1*(-5/119)) <= 1"
-            " and -(1*(-23/119) + 3*(-5/119)) - ((23/119)**2 + (5/119)**2)/4 - ((38/119)**2 + (5/119)**2)/4"
-            " == 135/476",
-            f"{GIVEN_MODALITIES}; a = (-23/119, -5/119), b = (-38/119, -5/119)",
+            "which is the optimum, by a feasible dual point of that value: Xa - b is at most lambda2 and X'b"
+            " at most lambda3",
+            "abs(1*(-3/10) + 2*(-3/5) + 1/2) <= 1 and abs(1*(-1/2)) <= 1 and abs(2*(-1/2)) <= 1"
+            " and -(1*(-3/10) + 2*(-3/5)) - ((3/10)**2 + (3/5)**2)/4 - (1/2)**2/4 == 53/40",
+            f"{GIVEN_MODALITIES}; a = (-3/10, -3/5), b = -1/2",
         ),
     )

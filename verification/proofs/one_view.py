@@ -79,6 +79,7 @@ def one_view() -> Argument:
     )
     conclusion = (
         "F*_j = ||o_j||^2 - h(|x'o_j|), h the same for all references: with one length the lowest optimum is"
-        " that of the largest |x'o_j|, whatever the lambdas, or every optimum is 0 and all tie."
+        " that of the largest |x'o_j|, whatever the lambdas, unless w = u = 0 is optimal for each: then all"
+        " tie."
     )
     return Argument("R1/one_view", conclusion, "", steps)

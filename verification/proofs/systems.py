@@ -41,7 +41,10 @@ def positive() -> Argument:
         ),
         *joints("sums", "definite", "loop"),
     )
-    conclusion = "With |w_i| for w_i and no exact zero both matrices are positive definite, for both factors."
+    conclusion = (
+        "With |w_i| for w_i, no exact zero, lambda1 > 0 (w) and lambda3 > 0 (u), both matrices are positive"
+        " definite, for both factors."
+    )
     return Argument("N1/positive", conclusion, "", steps)
 
 

@@ -360,9 +360,10 @@ def test_the_mutation_tool_repeats_a_step(name: str) -> None:
         ("separated-proof", "b < c", "b <= c"),
         # audit
         ("audit-sign", "== 9", "== 4"),
-        ("lock-view-optimum", "3/8", "2/5"),
-        ("lock-modality-optimum", "== 135/476", "== 136/476"),
-        ("lock-modality-better", "59/238", "60/238"),
+        ("lock-view-optimum", "== 17/20", "== 16/20"),
+        ("lock-view", ">= 7/8", "> 7/8"),
+        ("lock-modality-optimum", "== 53/40", "== 54/40"),
+        ("lock-modality-better", "3/10", "4/10"),
     ],
 )
 def test_a_planted_fault_is_rejected(name: str, old: str, new: str) -> None:
