@@ -125,7 +125,7 @@ def confirm_locked(record: Record) -> Confirmation:
         "F_star": text(optimum),
     }
     names = ", ".join(_names(problem)[j] for j in zeros)
-    finding = f"{names} = 0 from iteration {k} on: F >= {shown(lowest)} for ever; F* = {shown(optimum)}"
+    finding = f"{names} = 0 from iteration {k} on: F >= {shown(lowest)} ever after; F* = {shown(optimum)}"
     if not (stuck and proved):
         finding = f"{names} is not held at 0, or the best point with it is not the best"
     confirmed = stuck and proved and len(course) > k and lowest.lower > other.upper

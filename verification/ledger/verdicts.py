@@ -122,7 +122,12 @@ def judge_from_parts(claim: Claim, parts: Mapping[str, Judgement]) -> Judgement:
     """Judge a claim by the verdicts on its parts and on the corrected statements."""
     stated = [part for part in claim.parts if part.role is Role.STATED]
     if claim.surveyed:
-        return join_surveyed({part.key: parts[part.key] for part in stated})
+        return join_surveyed(
+            *(
+                {part.key: parts[part.key] for part in claim.parts if part.role is role}
+                for role in (Role.STATED, Role.VARIANT)
+            )
+        )
     refuted = [part.key for part in stated if parts[part.key].verdict is Verdict.REFUTED]
     if refuted:
         repairs = [
@@ -170,14 +175,21 @@ def judge_surveys(part: Part, surveys: Sequence[Survey]) -> Judgement:
     return replace(found, reason="; ".join([found.reason, *told]))
 
 
-def join_surveyed(parts: Mapping[str, Judgement]) -> Judgement:
-    """Judge a claim about the experiments: what its weakest part is, since it states them all."""
+def join_surveyed(parts: Mapping[str, Judgement], figures: Mapping[str, Judgement]) -> Judgement:
+    """Judge a claim about the experiments by its weakest part, since it states them all.
+
+    Parameters
+    ----------
+    parts, figures : mapping of str to Judgement
+        By key: what the claim states, and the figures that it gives for single scenes, which are told beside.
+    """
     joint = min((found.verdict for found in parts.values()), key=WEAKEST_SURVEY_FIRST.index)
     told = {key: found for key, found in parts.items() if found.verdict is joint}
     condition = "; ".join(dict.fromkeys(found.condition for found in told.values() if found.condition))
-    if len(parts) == 1 or joint is Verdict.NOT_TESTABLE:
+    if len(parts) + len(figures) == 1 or joint is Verdict.NOT_TESTABLE:
         return Judgement(joint, next(iter(told.values())).reason, condition)
     others = [f"{key}: {verdict_in_words(found)}" for key, found in parts.items() if key not in told]
+    others += [f"{key}, a figure: {verdict_in_words(found)}" for key, found in figures.items()]
     reason = "; ".join([*(f"{key}: {found.reason}" for key, found in told.items()), *others])
     return Judgement(joint, reason, condition)
 

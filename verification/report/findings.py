@@ -126,7 +126,7 @@ def _repair(report: Report) -> Finding | None:
     descent, limit = [parts[key] for key in DESCENT if key in parts], parts.get(LIMIT)
     if not descent or limit is None:
         return None
-    corrections = "|w_i| in place of w_i, and lambda2 and lambda3 in place of their halves"
+    corrections = "|w_i| for w_i, and lambda2 D^w and lambda3 D^u for (lambda2/2) D^w and (lambda3/2) D^u"
     if all(part.verdict in PROVED for part in descent):
         told = f"With two corrections, {corrections}, F never rises."
     else:
@@ -148,8 +148,8 @@ def _experiments(report: Report) -> Finding | None:
         return Finding("No record of the experiments was available, so this run says nothing about them.", ())
     told = counted([claim.verdict for claim in claims])
     text = (
-        f"Of the paper's {many(claims, 'claim')} about experiments, {told}: on simulated scenes, with"
-        " photographs beside them, and not on the paper's own data, which are not public."
+        "The paper's experiments were repeated on simulated scenes and on photographs, not on its own data,"
+        f" which are not public. Of its {many(claims, 'claim')} about them, {told} on the simulation."
     )
     return Finding(text, ("experiments",))
 

@@ -21,7 +21,10 @@ SYMBOLS = (
         "F with sqrt(w_j^2 + eps^2) for |w_j| and sqrt(||u^i||^2 + eps^2) for ||u^i||; eps > 0 is chosen",
     ),
     ("strict", "an entry w_j = 0 with |v_j| < lambda2, or a block u^i = 0 with ||g^i|| < lambda3"),
-    ("locked", "a weight that is exactly 0 and stays 0 for ever, although the optimum needs it"),
+    (
+        "locked",
+        "a weight that is exactly 0 and stays 0 in every later iteration, although the optimum needs it",
+    ),
     ("referee", "a slow computation of F* in fractions and balls that shares no formula with the library"),
     ("gap", "an upper bound of F(w, u) - F*"),
     ("D^w, D^u", "the diagonal matrices of Algorithm 1 that stand for the derivatives of the norms"),

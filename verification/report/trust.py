@@ -81,5 +81,13 @@ def _experiments(report: Report) -> Basis | None:
         f" ({str(report.experiments['record'])[:12]}...), which this run read and did not measure. Its"
         " verdicts were counted again from its configurations."
     )
-    verdicts = (Verdict.REPRODUCED, Verdict.DEPENDS, Verdict.NOT_REPRODUCED, Verdict.OPPOSITE)
+    kinds = (
+        Verdict.REPRODUCED,
+        Verdict.DEPENDS,
+        Verdict.NOT_REPRODUCED,
+        Verdict.OPPOSITE,
+        Verdict.INCONCLUSIVE,
+    )
+    found = [claim.verdict for claim in report.claims if claim.surveyed]
+    verdicts = tuple(kind for kind in kinds if kind in found)
     return Basis(verdicts, text, str(report.experiments["command"]))

@@ -49,15 +49,15 @@ VERDICTS = {
     " arithmetic or, for a statement about a program, by running it beside a proved"
     " interval.",
     Verdict.INCONCLUSIVE: "Neither: no case was decided, or cases failed and none could be confirmed"
-    " exactly. For an experiment: the data are not decisive in at least 95 % of the"
-    " configurations.",
+    " exactly. For an experiment: found in at most 5 % of the configurations, and left"
+    " open by the data in at least half of them.",
     Verdict.NOT_TESTABLE: "It could not be judged, for the reason that is given.",
     Verdict.REPRODUCED: "For an experiment, on data other than the paper's: found in at least 95 % of the"
     " configurations.",
     Verdict.DEPENDS: "For an experiment: found in some configurations and not in others. The condition"
     " names the choice that matters most, if there is one.",
-    Verdict.NOT_REPRODUCED: "For an experiment: found in at most 5 % of the configurations. It may still be"
-    " true of the paper's data.",
+    Verdict.NOT_REPRODUCED: "For an experiment: found in at most 5 % of the configurations, while more than"
+    " half show no effect or the opposite. It may still be true of the paper's data.",
     Verdict.OPPOSITE: "For an experiment: in at least 95 % of the configurations the opposite was found, of a"
     " claim with several comparisons in at least one of them. It may still be true of the paper's data.",
 }
@@ -152,7 +152,7 @@ LIMITATIONS = (
     "Statements about other solvers refer to the versions named here, at their default settings.",
     "The same seed and versions give the same files. On another processor, a case that lies exactly at a"
     " tolerance may be counted differently.",
-    "The paper's pictures are not public. Its experiments are repeated on simulated scenes of the same"
+    "The paper's pictures are not public. Its experiments were repeated on simulated scenes of the same"
     " design and on photographs; what is not found there may still be true of the paper's data.",
     "The paper does not state lambda1 in the experiments, the bins of the histograms, the settings of HOG"
     " and LBP, the size of the pictures or their normalisation. The configurations vary these and nothing"

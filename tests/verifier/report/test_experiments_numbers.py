@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from verification.experiments.record.reading import checked
 from verification.report.experiments import figures, tables
 from verification.report.experiments.advice import advice
-from verification.report.experiments.summary import summary
+from verification.report.experiments.summary import first_places, summary
 
 
 def score(setting, n):
@@ -129,3 +129,10 @@ def test_every_cell_of_the_heat_map_shows_the_number_of_its_lambdas(known):
     for each in axes.texts:
         column, row = each.xy
         assert each.get_text() == f"{5 * up[row] + 2 * across[column]:.0f}", (up[row], across[column])
+
+
+def test_a_tie_that_rounding_breaks_is_a_tie() -> None:
+    """Of two settings with one mean neither is first, in whatever order floats add it up."""
+    scores = np.array([[[0.1, 0.2, 0.3], [0.3, 0.2, 0.1]], [[0.1, 0.2, 0.4], [0.3, 0.2, 0.1]]])
+    assert scores.mean(axis=2)[0, 0] != scores.mean(axis=2)[0, 1], "else there is nothing to test"
+    assert first_places(scores) == [1, 0]

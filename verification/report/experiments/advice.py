@@ -120,7 +120,7 @@ def _own(pictures: Data, design: Data) -> str:
         f"`convexperc recognize` takes (lambda2, lambda3) = {pair(LIBRARY_LAMBDAS)}, with features of unit"
         f" length by modality. On the grid's subsets that scores {score(*LIBRARY_LAMBDAS)}, the paper's"
         f" (0.1, 0.1) {score(0.1, 0.1)}, least squares {score(0.0, 0.0)}.{_ranked(pictures)} The lambdas are"
-        " of the size of ||o||^2, which is 3 there: with other features choose them anew."
+        " of the size of ||o||^2, which is 3 there: for features of another length choose others."
     )
 
 
@@ -131,8 +131,8 @@ def _ranked(pictures: Data) -> str:
         return ""
     own, paper = found[LIBRARY_LAMBDAS], found[0.1, 0.1]
     return (
-        f" It proves {own['proved zero']} of {own['full']} hidden views to be of no use, (0.1, 0.1)"
-        f" {paper['proved zero']}; the three good views of the case study come first in"
+        f" It proves {own['proved zero']} of {own['full']} hidden views to have weight 0 at every optimum,"
+        f" (0.1, 0.1) {paper['proved zero']}; the three good views of the case study come first in"
         f" {percent(own['three'])} % and {percent(paper['three'])} % of the scenes."
     )
 

@@ -23,7 +23,7 @@ from verification.report.findings import counted
 from verification.report.mathml import set_formulas
 from verification.report.words import TONES
 
-TITLE = "The experiments, done again on simulated scenes and photographs"
+TITLE = "The paper's experiments, repeated on simulated scenes and photographs"
 
 
 def publish(found: Experiments, folder: Path) -> list[Path]:
