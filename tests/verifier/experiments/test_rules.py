@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from verification.experiments.design import Design
 from verification.experiments.record import bootstrap
-from verification.experiments.record.bootstrap import intervals, resamples
+from verification.experiments.record.bootstrap import Intervals, intervals, resamples, standard_error
 from verification.experiments.record.verdicts import Comparisons, judge
 from verification.experiments.scenes.pictures import Scene, View
 from verification.ledger.claims import PROTOCOL
@@ -78,12 +78,34 @@ def test_intervals_cover_at_their_rate_where_objects_differ() -> None:
     assert ratio == pytest.approx(2.0, abs=0.25), "four scenes of one object are no four objects"
 
 
-@pytest.mark.parametrize("objects", [3, 8])
-def test_intervals_of_few_objects_cover_no_less(objects: int, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("objects", "within", "percentiles"),
+    [(3, 1.0, (0.7, 0.8)), (8, 1.0, (0.85, 0.92)), (8, 20.0, (0.985, 1.0))],
+)
+def test_intervals_of_few_objects_cover_at_their_rate(
+    objects: int, within: float, percentiles: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Percentiles alone are too close where objects differ, and too far apart where scenes do."""
     given = scenes(objects, each=30)
-    assert 0.93 <= coverage(given, between=1.0, within=1.0) <= 0.99
-    monkeypatch.setattr(bootstrap, "stretch", lambda objects, tail: 1.0)
-    assert coverage(given, between=1.0, within=1.0) < 0.92, "percentile intervals alone are too short"
+    assert 0.925 <= coverage(given, between=1.0, within=within) <= 0.985
+    monkeypatch.setattr(bootstrap, "bounded", percentiles_alone)
+    least, most = percentiles
+    assert least <= coverage(given, between=1.0, within=within) <= most
+
+
+def percentiles_alone(values: Floats, given: Sequence[Scene], means: Floats, count: int) -> Intervals:
+    lower, upper = np.quantile(means, [0.025 / count, 1.0 - 0.025 / count], axis=0)
+    return Intervals(values.mean(axis=0), lower, upper)
+
+
+def test_the_standard_error_is_that_of_the_means_of_the_objects() -> None:
+    values = np.random.default_rng(6).standard_normal((40, 3)) + np.repeat(np.arange(8.0), 5)[:, None]
+    by_object = values.reshape(8, 5, 3).mean(axis=1)
+    found = standard_error(values, scenes(8, 5))
+    assert found == pytest.approx(by_object.std(axis=0, ddof=1) / np.sqrt(8))
+    alike = values - np.repeat(by_object, 5, axis=0)
+    wanted = np.sqrt(alike.reshape(8, 5, 3).var(axis=1, ddof=1).sum(axis=0) / 5) / 8
+    assert standard_error(alike, scenes(8, 5)) == pytest.approx(wanted), "objects alike by chance"
 
 
 def test_one_object_has_no_interval() -> None:
@@ -94,12 +116,8 @@ def test_one_object_has_no_interval() -> None:
 
 
 def test_scenes_as_the_unit_would_cover_too_rarely(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The fault that the test above is there to catch."""
-
-    def by_scene(given: tuple[Scene, ...], count: int, rng: np.random.Generator) -> Floats:
-        return rng.multinomial(len(given), np.full(len(given), 1.0 / len(given)), size=count).astype(float)
-
-    monkeypatch.setattr(bootstrap, "_drawn", by_scene)
+    """The fault that the tests above are there to catch."""
+    monkeypatch.setattr(bootstrap, "objects", lambda given: {str(k): [k] for k in range(len(given))})
     resamples.cache_clear()
     try:
         assert coverage(scenes(objects=30, each=4), between=1.0, within=0.2) < 0.75

@@ -2,19 +2,21 @@
 
 Scenes that share no photograph are drawn themselves, within their object and level of obstruction.
 Photographs serve several scenes each; there they are drawn, and a scene has the first-order weight
-1 + sum over its views of (times the photograph was drawn - 1), which may be negative. This moves a mean over
-scenes by all that a photograph's scenes have in common, and by what they do not: the spread is that of the
-first-order part of a mean over subsets, plus noise, and too wide rather than too short.
+1 + sum over its views of (times the photograph was drawn - 1), which may be negative: a mean over scenes is
+then moved by a photograph's multiplicity as the mean over all the scenes that could be made of the
+photographs would be, to first order.
 
-Percentile intervals of few units are too short. The distances of their bounds from the mean are multiplied by
-sqrt(k/(k-1)) t/z, with k objects and with the quantiles of Student's t (k - 1 degrees of freedom) and of the
-normal distribution: by 1.29 for k = 8 and 2.69 for k = 3, at 95 %.
+The resamples have the shape of the distribution, but not its width: with few objects they are too close
+together, and drawing scenes as well counts their noise twice. So their distances from the mean are
+multiplied by (t/z) s/r: with the quantiles t of Student's distribution, one degree of freedom less than
+objects, and z of the normal one; s the standard error of the mean as the means of the objects show it, at
+least that from scenes alone; and r the standard deviation of the resamples.
 
 Sources: A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application, 1997, section 3.8 (objects,
 then scenes); W. Hoeffding, A class of statistics with asymptotically normal distribution, Ann. Math. Stat. 19
 (1948) (the first-order part of a mean over subsets); T. C. Hesterberg, What teachers should know about the
-bootstrap, American Statistician 69 (2015) (percentile intervals expanded for few units; there in their tail
-probability, which for three objects lies beyond what resamples show).
+bootstrap, American Statistician 69 (2015) (percentile intervals of few units are too short, and how t widens
+them).
 """
 
 from collections.abc import Iterable, Sequence
@@ -30,6 +32,9 @@ from verification.experiments.scenes.pictures import Scene
 from verification.ledger.claims import PROTOCOL
 
 Floats = NDArray[np.float64]
+
+TINY = 1e-12
+"""Standard deviation of resamples below which it is rounding; scores and shares are of the order of 1."""
 
 
 class Intervals(NamedTuple):
@@ -58,7 +63,7 @@ def intervals(values: Floats, scenes: Sequence[Scene], design: Design, compariso
     ValueError
         There are fewer than two objects.
     """
-    return bounded(values, resampled(values, scenes, design), object_count(scenes), comparisons)
+    return bounded(values, scenes, resampled(values, scenes, design), comparisons)
 
 
 def resampled(values: Floats, scenes: Sequence[Scene], design: Design) -> Floats:
@@ -67,29 +72,41 @@ def resampled(values: Floats, scenes: Sequence[Scene], design: Design) -> Floats
     return np.asarray(weights @ values / weights.sum(axis=1, keepdims=True))
 
 
-def bounded(values: Floats, means: Floats, objects: int, comparisons: int) -> Intervals:
+def bounded(values: Floats, scenes: Sequence[Scene], means: Floats, comparisons: int) -> Intervals:
     """Find `intervals` from the resampled means."""
     tail = (1.0 - PROTOCOL.confidence) / (2 * comparisons)
     mean, quantiles = values.mean(axis=0), np.quantile(means, [tail, 1.0 - tail], axis=0)
-    return Intervals(mean, *(mean + stretch(objects, tail) * (quantiles - mean)))
+    few = t.ppf(tail, len(objects(scenes)) - 1) / norm.ppf(tail)
+    apart, wanted = means.std(axis=0), standard_error(values, scenes)
+    stretch = few * np.divide(wanted, apart, out=np.ones_like(apart), where=apart > TINY)
+    return Intervals(mean, *(mean + stretch * (quantiles - mean)))
 
 
-def stretch(objects: int, tail: float) -> float:
-    """By what the distance of a percentile from the mean is multiplied, see above; at least 1.
+def standard_error(values: Floats, scenes: Sequence[Scene]) -> Floats:
+    """Of the mean, shape (k,): from the means of the objects, or from scenes within them if that is more.
 
     Raises
     ------
     ValueError
         There are fewer than two objects: nothing shows how they differ.
     """
-    if objects < 2:
-        raise ValueError(f"{objects} objects: an interval needs at least two")
-    return float(np.sqrt(objects / (objects - 1)) * t.ppf(tail, objects - 1) / norm.ppf(tail))
+    groups = list(objects(scenes).values())
+    if len(groups) < 2:
+        raise ValueError(f"{len(groups)} objects: an interval needs at least two")
+    mean = values.mean(axis=0)
+    sums = np.array([(values[own] - mean).sum(axis=0) for own in groups])
+    between = (sums**2).sum(axis=0) * len(groups) / (len(groups) - 1)
+    strata = [values[each] for own in groups for each in _strata(scenes, own) if len(each) > 1]
+    within = sum((len(each) * each.var(axis=0, ddof=1) for each in strata), np.zeros_like(mean))
+    return np.asarray(np.sqrt(np.maximum(between, within)) / len(values))
 
 
-def object_count(scenes: Iterable[Scene]) -> int:
-    """How many objects the scenes show."""
-    return len({scene.object for scene in scenes})
+def objects(scenes: Sequence[Scene]) -> dict[str, list[int]]:
+    """Numbers of scenes by their object."""
+    found: dict[str, list[int]] = {}
+    for k, scene in enumerate(scenes):
+        found.setdefault(scene.object, []).append(k)
+    return found
 
 
 @lru_cache(maxsize=8)
@@ -115,11 +132,12 @@ def resamples(scenes: tuple[Scene, ...], count: int, seed: int) -> Floats:
 
 def _drawn(scenes: tuple[Scene, ...], count: int, rng: np.random.Generator) -> Floats:
     """Objects with replacement; then, for each time that an object was drawn, what it consists of."""
-    objects = sorted({scene.object for scene in scenes})
-    times = rng.multinomial(len(objects), np.full(len(objects), 1.0 / len(objects)), size=count)
+    by_object = objects(scenes)
+    number = len(by_object)
+    times = rng.multinomial(number, np.full(number, 1.0 / number), size=count)
     weights = np.zeros((count, len(scenes)))
-    for name, drawn in zip(objects, times.T, strict=True):
-        own = [k for k, scene in enumerate(scenes) if scene.object == name]
+    for name, drawn in zip(sorted(by_object), times.T, strict=True):
+        own = by_object[name]
         if _photographed(scenes[k] for k in own):
             weights[:, own] = _by_photograph([scenes[k] for k in own], drawn, rng)
         else:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from convexperc.errors import InputError
 from verification.experiments.design import Design
 from verification.experiments.measure.numbers import rounded
-from verification.experiments.record.bootstrap import bounded, object_count, resampled
+from verification.experiments.record.bootstrap import bounded, objects, resampled
 from verification.experiments.record.entries import Decided
 from verification.experiments.scenes.pictures import Scene
 from verification.ledger.claims import PARTS
@@ -78,20 +78,19 @@ def judge(claim: Comparisons, rule: Rule, design: Design) -> Comparison:
     units = len(values)
     if units != len(claim.scenes):
         raise ValueError(f"{units} units of {len(claim.scenes)} scenes")
-    objects = object_count(claim.scenes)
-    if objects < 2:
+    if len(objects(claim.scenes)) < 2:
         return Comparison(SurveyOutcome.OPEN, None, None, None, names[0], 0, units, claim.left_out)
     mean, means = values.mean(axis=0), resampled(values, claim.scenes, design)
-    bounds = (_bounds(values, means, objects, count) for count in (1, rule.comparisons))
+    bounds = (_bounds(values, claim.scenes, means, count) for count in (1, rule.comparisons))
     k, ((lower,), (upper,)) = rule.decide(*bounds)
     above = int((mean.round(DIGITS) > 0.0).sum())
     outcome = rule.outcome(lower, upper)
     return Comparison(outcome, float(mean[k]), lower, upper, names[k], above, units, claim.left_out)
 
 
-def _bounds(values: Floats, means: Floats, objects: int, comparisons: int) -> Bounds:
+def _bounds(values: Floats, scenes: Sequence[Scene], means: Floats, comparisons: int) -> Bounds:
     """Bounds as the record has them, so that they can be judged again."""
-    _, lower, upper = bounded(values, means, objects, comparisons)
+    _, lower, upper = bounded(values, scenes, means, comparisons)
     return Bounds(rounded(lower.round(DIGITS)), rounded(upper.round(DIGITS)))
 
 
