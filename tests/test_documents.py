@@ -189,6 +189,12 @@ def test_the_readme_counts_the_claims_as_the_baseline_does():
     }
     for verdict, phrase in phrases.items():
         assert f"{words[counts[verdict]]} {phrase}" in told, verdict
+    surveyed = Counter(expected[key] for key, each in CLAIMS.items() if each.surveyed)
+    assert surveyed == {Verdict.DEPENDS: 5, Verdict.NOT_REPRODUCED: 1, Verdict.INCONCLUSIVE: 2}
+    assert (
+        "of its eight claims about experiments five depend on choices that it leaves open, one is not"
+        " reproduced, and two remain undecided" in told
+    )
     causes = {cause for key in about if expected[key] is Verdict.REFUTED for cause in CLAIMS[key].causes}
     assert causes == set(CAUSES), "six causes, as the text says"
     assert all(CLAIMS[key].causes for key in about if expected[key] is Verdict.REFUTED)

@@ -113,7 +113,7 @@ def test_the_experiments_are_counted_by_verdict() -> None:
     report = told()
     counted = [claim.verdict for claim in report.claims if claim.surveyed]
     text = first(report)
-    assert "Of the paper's 8 claims about experiments" in text
+    assert "Of its 8 claims about them, " in text
     for verdict in set(counted):
         number = counted.count(verdict)
         assert f"{number} {findings.IN_WORDS[verdict][number != 1]}" in text, verdict
