@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.duality import DualPoint, GapTerms, dual_points, dual_value, gap_terms
 from convexperc.certificate.evaluation import NormalizedData, PrimalPoint
 from convexperc.certificate.rationals import exact_optimum
@@ -52,7 +53,7 @@ class Certificate:
     dual : DualPoint or None
         The dual point behind `gap`, in normalised units; None where the bound is exact or trivial.
     method : str
-        How the gap was proved.
+        How the gap was proved; or which assumption on the arithmetic fails, so that nothing is.
     zero_views : bool (n,)
         True where w*_j = 0 is proved of every optimal w*.
     zero_modalities : bool (m,)
@@ -72,6 +73,14 @@ class Certificate:
     method: str
     zero_views: NDArray[np.bool_]
     zero_modalities: NDArray[np.bool_]
+
+    @classmethod
+    def of_nothing(cls, problem: Problem, tolerances: Tolerances, reason: str) -> "Certificate":
+        """F* >= 0 alone, where the arithmetic is not what a proof assumes."""
+        unknown, zeros = math.inf, (np.zeros(k, dtype=bool) for k in (problem.n, problem.m))
+        return cls(
+            0.0, unknown, 0.0, (0.0, unknown), unknown, unknown, unknown, tolerances, None, None, reason, *zeros
+        )
 
     @property
     def certified(self) -> bool:
@@ -184,6 +193,9 @@ class Certifier:
             hint = self.scaling.dual(
                 point_entries(dual[0], d, "a", finite=False), point_entries(dual[1], n, "b", finite=False)
             )
+        broken = broken_assumption(min(self.problem.X.shape))
+        if broken:
+            return Certificate.of_nothing(self.problem, self.tolerances, broken)
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             proof = self._prove(PrimalPoint.of(self.data, self.scaling, *point), hint)
         lower, upper = self.scaling.value_back((proof.lower, proof.upper))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.lasso import Distinct, bound_merged
 from convexperc.certificate.reduced import (
     LARGEST_NUMBER,
@@ -70,8 +71,10 @@ class DataBounds:
 
     @cached_property
     def squares(self) -> Intervals:
-        """Lower and upper bounds of ||o_j||^2; 0 and infinite where it is not sound."""
+        """Lower and upper bounds of ||o_j||^2; 0 and infinite where it is not sound, or arithmetic is not."""
         data, g = self.data, self.shared.gamma
+        if broken_assumption(data.n):
+            return np.zeros(data.p), np.full(data.p, np.inf)
         found = np.ldexp(data.targets, 2 * data.exponents)
         lower, upper = found * (1.0 - g), found * (1.0 + g)
         lower[~data.sound], upper[~data.sound] = 0.0, np.inf
@@ -89,6 +92,8 @@ class DataBounds:
 
     def zero_is_optimal(self, penalties: Penalties) -> Bool[np.ndarray, " p"]:
         """Where lambda2 >= 2 ||X o_j||_inf is proved, so that w = u = 0 is an optimum."""
+        if broken_assumption(self.data.n):
+            return np.zeros(self.data.p, dtype=bool)
         size = np.abs(self.data.C) + 2.0 * self.shared.gamma * self.shared.rows
         lambda2 = self.data.normalised(penalties)[:, 1]
         return np.asarray(self.data.sound & (lambda2 >= (2.0 + 2.0**-40) * size.max(axis=1)))
@@ -96,13 +101,15 @@ class DataBounds:
     def usable(self, penalties: Penalties, lambdas: Float[np.ndarray, "p 3"]) -> Bool[np.ndarray, " p"]:
         """Where bounds can be given at these lambdas; the other templates are solved on the original data.
 
+        Nowhere if the arithmetic is not as assumed.
+
         Parameters
         ----------
         penalties : Penalties
         lambdas : float64 (p, 3)
             The same in each template's own units.
         """
-        if penalties.uncoupled and not self.independent:
+        if broken_assumption(self.data.n) or (penalties.uncoupled and not self.independent):
             return np.zeros(self.data.p, dtype=bool)
         inside = (lambdas >= 1.0 / LARGEST_NUMBER) & (lambdas <= LARGEST_NUMBER)
         for k, given in enumerate(penalties):
@@ -139,6 +146,8 @@ class DataBounds:
             In normalised units.
         """
         data = self.data
+        if broken_assumption(data.n):
+            return AnswerBounds.unknown(chosen.size, data.n, data.m)
         given = self.shared, data.C[chosen], data.targets[chosen], lambdas
         if uncoupled:
             return bound_merged(self.distinct, *given, *points)

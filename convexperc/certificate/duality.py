@@ -129,7 +129,7 @@ def _value_parts(data: NormalizedData, a: FeatureVector, b: Ball) -> tuple[Bound
     else:
         coupling = down(b_part[0] / up(data.lambda1[1])), up(up(b_part[1]) / data.lambda1[0])
         quadratic = sum_bounds(a_part, (max(0.0, coupling[0]), coupling[1]))
-    return (-high, -low), (0.25 * quadratic[0], 0.25 * quadratic[1])
+    return (-high, -low), (max(0.0, down(0.25 * quadratic[0])), 0.25 * quadratic[1])
 
 
 def dual_points(
@@ -256,7 +256,7 @@ class GapTerms:
 def gap_terms(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> GapTerms:
     """Bound F(w,u) - D(s a, s b) from above without subtracting F and D."""
     s, w = dual.scale, point.w
-    loss = squared_norm(point.p.plus(Ball.exact(dual.a).times(0.5 * s), -1.0))[1]
+    loss = squared_norm(point.p.plus(Ball.exact(dual.a).times(s).times(0.5), -1.0))[1]
     v = dual.v.times(s)
     toward = np.where(w.rad > 0.0, np.abs(v.mid), np.sign(w.mid) * v.mid)
     room = data.lambda2[1] + toward

@@ -377,10 +377,10 @@ def _gap(shared, case, value, room):
         worst = max(worst, abs(room.v[a]) + room.v_error[a])
     quadratic = value.loss + 0.25 * square / one
     s = max(0.0, target - value.linear) / quadratic if quadratic > 0.0 else 1.0
-    if s * worst > two:
+    if s * worst * (1.0 + 4 * U) > two:
         s = two / worst * (1.0 - 16 * U)
     for i in range(m):
-        if s * room.reach[i] > three:
+        if s * room.reach[i] * (1.0 + 4 * U) > three:
             s = three / room.reach[i] * (1.0 - 16 * U)
     if not 0.0 < s <= LARGEST_NUMBER:
         return np.inf, 0.0

@@ -188,8 +188,8 @@ def inner_by_group(x: Ball, y: Ball, groups: Groups) -> tuple[Floats, Floats]:
         rad = rad + groups.sums(ax * y.rad + x.rad * ay + x.rad * y.rad)
     charged = np.nextafter((rad + (k + 1.0) * UNDERFLOW) * (1.0 + 4 * (k + 12.0) * U), np.inf)
     lower, upper = np.nextafter(mid - charged, -np.inf), np.nextafter(mid + charged, np.inf)
-    if not np.isfinite(charged).all():
-        known = np.isfinite(mid) & np.isfinite(charged)
+    known = np.isfinite(mid) & np.isfinite(charged)
+    if not known.all():
         lower, upper = np.where(known, lower, -np.inf), np.where(known, upper, np.inf)
     if not rad.all():
         some = groups.any((x.mid != 0.0) | (x.rad != 0.0)) & groups.any((y.mid != 0.0) | (y.rad != 0.0))
