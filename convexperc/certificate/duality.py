@@ -127,8 +127,8 @@ def _value_parts(data: NormalizedData, a: FeatureVector, b: Ball) -> tuple[Bound
     elif data.lambda1[0] == 0.0:
         quadratic = (a_part[0], math.inf)
     else:
-        coupling = down(b_part[0] / up(data.lambda1[1])), up(up(b_part[1]) / data.lambda1[0])
-        quadratic = sum_bounds(a_part, (max(0.0, coupling[0]), coupling[1]))
+        coupling = max(0.0, down(b_part[0] / data.lambda1[1])), up(b_part[1] / data.lambda1[0])
+        quadratic = sum_bounds(a_part, coupling)
     return (-high, -low), (max(0.0, down(0.25 * quadratic[0])), 0.25 * quadratic[1])
 
 
