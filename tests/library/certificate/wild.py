@@ -5,6 +5,7 @@ numbers in place of floats: a lemma of docs/rounding.md that rests on the model 
 Underflow is left out; `test_rounding` has it.
 """
 
+import ast
 import inspect
 import math
 import random
@@ -186,7 +187,7 @@ def _is_finite(values: Any) -> Any:
 
 LINALG = types.SimpleNamespace(LinAlgError=np.linalg.LinAlgError, cholesky=_cholesky, eigvalsh=None)
 NUMPY = _Library(
-    np, isfinite=_is_finite, linalg=LINALG,
+    np, isfinite=_is_finite, linalg=LINALG, ldexp=lambda values, exponent: values * Fraction(2) ** exponent,
     nextafter=lambda values, toward: np.frompyfunc(lambda value: _neighbour(value, toward), 1, 1)(values),
 )  # fmt: skip
 MATH = _Library(
@@ -209,26 +210,29 @@ def copied(
         source = source.replace(old, new)
     copy = types.ModuleType(module.__name__)
     exec(compile(source, f"{module.__name__}, wild", "exec"), copy.__dict__)
-    for other in below:
-        same = {name: value for name, value in vars(other).items() if name in vars(copy) and name[:2] != "__"}
-        vars(copy).update(same)
+    copies = {other.__name__: vars(other) for other in below}
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.ImportFrom) and node.module in copies:
+            vars(copy).update({alias.name: copies[node.module][alias.name] for alias in node.names})
     vars(copy).update(np=NUMPY, math=MATH, float=lambda value: value if isinstance(value, Wild) else float(value))
     return copy
 
 
-def excess(attack: Callable[[], Fraction], *, seed: int = 0, tries: int = 3, enough: bool = False) -> Fraction:
+def excess(attack: Callable[[], Fraction], *, tries: int = 3, enough: bool = False, climb: bool = True) -> Fraction:
     """By how much the worst plan that is found breaks a bound; <= 0 where it holds.
 
     Parameters
     ----------
     attack : callable
         Runs the code on wild numbers; returns exactly by how much the bound is missed.
-    seed, tries : int
+    tries : int
         Plans that are drawn, besides those that round in one direction.
     enough : bool
         End with the first plan that breaks the bound.
+    climb : bool
+        Improve each plan, one rounding after the other.
     """
-    draw = random.Random(seed)
+    draw = random.Random(0)
 
     def missed(plan: Plan) -> Fraction:
         Wild.plan, Wild.done = plan, 0
@@ -241,7 +245,7 @@ def excess(attack: Callable[[], Fraction], *, seed: int = 0, tries: int = 3, eno
     length = Wild.done + 4
     plans = [[way] * length for way in (-1, 1)] + [draw.choices((-1, 1), k=length) for _ in range(tries)]
     reached = [missed(plan) for plan in plans]
-    if not (enough and max(reached) > 0):
+    if climb and not (enough and max(reached) > 0):
         reached = [_climbed(missed, plan, value) for plan, value in zip(plans, reached, strict=True)]
     return max(reached)
 
