@@ -31,7 +31,11 @@ ROUNDED_PRODUCTS = (
     (MINUS | ONE | 1, ONE - 2, MINUS | ONE),
 )
 """x, y, fl(x y): (1 + 2^-52)^2 and (1 + 2^-52)(1 - 2^-52), of both signs."""
-SMALL_PRODUCTS = ((SMALLEST, 1022 << 52, 1 << 51), (1, 2023 << 52, 949 << 52), (463 << 52, 523 << 52, 1 << 14))
+SMALL_PRODUCTS = (
+    (SMALLEST, 1022 << 52, 1 << 51),
+    (1, 2023 << 52, 949 << 52),
+    (463 << 52, 523 << 52, 1 << 14),
+)
 """The same where a result, or a factor, is subnormal."""
 ROUNDING = "this thread does not round to the nearest float64"
 FLUSHING = "this thread flushes subnormal numbers to zero"

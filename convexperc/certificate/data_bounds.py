@@ -61,7 +61,7 @@ class DataBounds:
 
     @classmethod
     def of(cls, data: ReducedData) -> "DataBounds":
-        """Bound the lengths of the rows of X_, whole and by modality, and the rounding of all products."""
+        """Bound the lengths of the rows of X_ and of their parts, and all rounding (Lemma R40)."""
         n, m, squares = data.n, data.m, np.einsum("ijj->ij", data.K)
         g = gamma(data.views.reduction.depth + 4 * n + 4 * m + 64)
         lengths = np.sqrt(squares * (1.0 + 4 * g) + UNDERFLOW_SUM)
@@ -71,7 +71,7 @@ class DataBounds:
 
     @cached_property
     def squares(self) -> Intervals:
-        """Lower and upper bounds of ||o_j||^2; 0 and infinite where it is not sound, or arithmetic is not."""
+        """Bounds of ||o_j||^2; 0 and infinity where it is not sound, or arithmetic is not (Lemma R42)."""
         data, g = self.data, self.shared.gamma
         if broken_assumption(data.n):
             return np.zeros(data.p), np.full(data.p, np.inf)
@@ -91,7 +91,7 @@ class DataBounds:
         return self.distinct.floor > 0.0
 
     def zero_is_optimal(self, penalties: Penalties) -> Bool[np.ndarray, " p"]:
-        """Where lambda2 >= 2 ||X o_j||_inf is proved, so that w = u = 0 is an optimum."""
+        """Where lambda2 >= 2 ||X o_j||_inf is proved, so that w = u = 0 is an optimum (Lemma R44)."""
         if broken_assumption(self.data.n):
             return np.zeros(self.data.p, dtype=bool)
         size = np.abs(self.data.C) + 2.0 * self.shared.gamma * self.shared.rows

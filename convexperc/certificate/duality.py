@@ -110,7 +110,7 @@ class DualPoint:
 
 
 def dual_value(point: DualPoint) -> Bounds:
-    """Enclose D(s a, s b) = -s a'o - s^2 (||a||^2/4 + ||b||^2/(4 lambda1))."""
+    """Enclose D(s a, s b) = -s a'o - s^2 (||a||^2/4 + ||b||^2/(4 lambda1)) (Lemma R25)."""
     linear, quadratic, s = point.ray.linear, point.ray.quadratic, point.scale
     square = up(s * s), max(0.0, down(s * s))
     low = down(s * linear[0]) - up(square[0] * quadratic[1])
@@ -119,7 +119,7 @@ def dual_value(point: DualPoint) -> Bounds:
 
 
 def _value_parts(data: NormalizedData, a: FeatureVector, b: Ball) -> tuple[Bounds, Bounds]:
-    """-a'o and Q = ||a||^2/4 + ||b||^2/(4 lambda1); b must be 0 where lambda1 is 0."""
+    """-a'o and Q = ||a||^2/4 + ||b||^2/(4 lambda1); b must be 0 where lambda1 is 0 (Lemma R26)."""
     low, high = inner(Ball.exact(a), data.target)
     a_part, b_part = squared_norm(Ball.exact(a)), squared_norm(b)
     if b_part[1] == 0.0:
@@ -129,7 +129,8 @@ def _value_parts(data: NormalizedData, a: FeatureVector, b: Ball) -> tuple[Bound
     else:
         coupling = max(0.0, down(b_part[0] / data.lambda1[1])), up(b_part[1] / data.lambda1[0])
         quadratic = sum_bounds(a_part, coupling)
-    return (-high, -low), (max(0.0, down(0.25 * quadratic[0])), 0.25 * quadratic[1])
+    quarters = max(0.0, down(0.25 * quadratic[0])), up(0.25 * quadratic[1]) if quadratic[1] else 0.0
+    return (-high, -low), quarters
 
 
 def dual_points(
@@ -191,7 +192,7 @@ def _with_coupling(data: NormalizedData, kind: str, a: FeatureVector, Xa: Ball, 
 
 
 def _shrunk(data: NormalizedData, b: Vector) -> Ball:
-    """B times the largest factor <= 1 that keeps every ||X_i' b|| <= lambda3."""
+    """B times the largest factor <= 1 that keeps every ||X_i' b|| <= lambda3 (Lemma R28)."""
     worst = float(data.modality_norms(data.times_columns(Ball.exact(b)))[1].max())
     if worst <= data.lambda3[0]:
         return Ball.exact(b)
@@ -213,12 +214,12 @@ def _scaled(data: NormalizedData, ray: Ray) -> Iterator[DualPoint]:
 
 
 def _ratio(limit: float, norm: float) -> float:
-    """The largest s with s * norm <= limit, rounded down."""
+    """The largest s with s * norm <= limit, rounded down (Lemma R28)."""
     return math.inf if norm == 0.0 else limit / norm * (1.0 - 8 * U)
 
 
 def _excess(s: float, norm: float, limit: float) -> float:
-    """Upper bound of (s * norm - limit)+, 0 only where s * norm <= limit is proved."""
+    """Upper bound of (s * norm - limit)+, 0 only where s * norm <= limit is proved (Lemma R27)."""
     reached = up(s * norm) if norm else 0.0
     return 0.0 if reached <= limit else up(reached - limit)
 
@@ -254,7 +255,7 @@ class GapTerms:
 
 
 def gap_terms(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> GapTerms:
-    """Bound F(w,u) - D(s a, s b) from above without subtracting F and D."""
+    """Bound F(w,u) - D(s a, s b) from above without subtracting F and D (Lemma R29)."""
     s, w = dual.scale, point.w
     loss = squared_norm(point.p.plus(Ball.exact(dual.a).times(s).times(0.5), -1.0))[1]
     v = dual.v.times(s)
@@ -268,7 +269,7 @@ def gap_terms(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> GapT
 
 
 def _coupling_term(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> float:
-    """lambda1 ||q - s b/(2 lambda1)||^2, with b = 0 where lambda1 = 0."""
+    """lambda1 ||q - s b/(2 lambda1)||^2, with b = 0 where lambda1 = 0 (Lemma R30)."""
     q = point.q
     low, high = data.lambda1
     if low > 0.0:
@@ -279,7 +280,7 @@ def _coupling_term(data: NormalizedData, point: PrimalPoint, dual: DualPoint) ->
 
 
 def _modality_term(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> float:
-    """sum_i (lambda3 ||u^i|| + u^i' X_i' s b), each summand cut at 0 from below."""
+    """sum_i (lambda3 ||u^i|| + u^i' X_i' s b), each summand cut at 0 from below (Lemma R31)."""
     total, pull = 0.0, dual.ray.pull.times(dual.scale)
     products = inner_by_group(point.u, pull, data.groups)[1].tolist()
     for length, product in zip(point.lengths[1].tolist(), products, strict=True):

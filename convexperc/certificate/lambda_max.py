@@ -23,7 +23,7 @@ class Point(Protocol):
 
 
 def lambda2_max(problem: Problem) -> Bounds:
-    """Enclose the smallest lambda2 for which w = 0, u = 0 is optimal: 2 ||X o||_inf.
+    """Enclose the smallest lambda2 for which w = 0, u = 0 is optimal: 2 ||X o||_inf (Lemma R39).
 
     Parameters
     ----------

@@ -133,7 +133,9 @@ def weight_intervals(solution: Solution, enclosure: Enclosure | None = None) -> 
         raise PointError("enclosure", value=enclosure, must="must be that of the solution's problem")
     broken = broken_assumption()
     if broken:
-        return WeightIntervals(_unknown(problem.n, -math.inf, broken), _unknown(problem.m, 0.0, broken), math.inf)
+        return WeightIntervals(
+            _unknown(problem.n, -math.inf, broken), _unknown(problem.m, 0.0, broken), math.inf
+        )
     first, data = BITS[0] if enclosure is None else max(BITS[0], enclosure.bits), ExactData.of(problem)
     for bits in (first, *(more for more in BITS if more > first)):
         with precision(bits):

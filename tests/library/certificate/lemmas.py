@@ -8,10 +8,16 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
 DOCUMENT = ROOT / "docs" / "rounding.md"
+PROBES = "arithmetic"
+"""The module that bounds nothing: it looks at the machine."""
 MODULES = {
     path.stem if path.parent.name == "certificate" else f"{path.parent.name}.{path.stem}": path
     for path in (
-        *sorted((ROOT / "convexperc" / "certificate").glob("[a-z]*.py")),
+        *(
+            path
+            for path in sorted((ROOT / "convexperc" / "certificate").glob("[a-z]*.py"))
+            if path.stem != PROBES
+        ),
         *(ROOT / "convexperc" / name for name in ("problem/scaling.py", "problem/reduction.py")),
         ROOT / "convexperc" / "recognition" / "decision.py",
     )
@@ -50,6 +56,8 @@ def makes_a_bound(function: Function) -> bool:
 def _mark(node: ast.AST) -> bool:
     if isinstance(node, ast.Name):
         return node.id in MARKS
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
+        return isinstance(node.left, ast.Constant) and node.left.value == 2.0 and _plain(node.right)
     return isinstance(node, ast.Attribute) and node.attr in {"gamma", *ROUNDED}
 
 
@@ -122,18 +130,17 @@ def documented() -> dict[str, tuple[str, Counter[str]]]:
     headings = list(HEADING.finditer(text))
     for heading, following in zip(headings, [*headings[1:], None], strict=True):
         body = text[heading.end() : following.start() if following else len(text)]
-        lines = re.findall(r"^\*\*Constants\.?\*\*(.*?)\n\n", body + "\n\n", re.MULTILINE | re.DOTALL)
-        names = re.findall(r"`([\w.]+)`", heading[2])
-        assert len(lines) == 1, (heading[1], "must have one paragraph of constants")
-        for name in names:
+        (paragraph,) = re.findall(r"^\*\*Constants\.\*\*(.*?)\n\n", body, re.MULTILINE | re.DOTALL)
+        shared, *own = re.split(r"`([\w.]+)`:", paragraph.replace("\n", " "))
+        each = dict(zip(own[::2], own[1::2], strict=True))
+        for name in re.findall(r"`([\w.]+)`", heading[2]):
             assert name not in found, (name, "has two lemmas")
-            found[name] = heading[1], _listed(lines[0])
+            found[name] = heading[1], _listed(each.get(name, shared))
     return found
 
 
-def _listed(line: str) -> Counter[str]:
-    pairs = re.findall(r"(?:(\d+) × )?`([^`]+)`", line.replace("\n", " "))
-    return Counter({name: int(count or 1) for count, name in pairs})
+def _listed(text: str) -> Counter[str]:
+    return Counter({name: int(count or 1) for count, name in re.findall(r"(?:(\d+) × )?`([^`]+)`", text)})
 
 
 def written(found: Counter[str]) -> str:

@@ -34,7 +34,9 @@ def code(*changes: tuple[str, str]) -> Code:
         own = [change for change in changes if change[0].split(".")[0] == module.__name__.split(".")[-1]]
         pairs = [(old.split(".", 1)[1], new) for old, new in own]
         copies.append(copied(module, *pairs, below=copies))
-    return Code(**{module.__name__.split(".")[-1]: copy for module, copy in zip(MODULES, copies, strict=True)})
+    return Code(
+        **{module.__name__.split(".")[-1]: copy for module, copy in zip(MODULES, copies, strict=True)}
+    )
 
 
 def attacked_on(*cases: Any) -> Callable[[Attack], Attack]:
@@ -103,7 +105,9 @@ def times(c: Code) -> Fraction:
     for radii in (NONE, RAD, tuple(1000 * r for r in RAD)):
         found = ball(c, MID, radii).times(factor)
         rows = zip(MID, radii, found.mid, found.rad, strict=True)
-        missed += [abs(a * exact(factor) - exact(m)) + r * exact(factor) - exact(rad) for a, r, m, rad in rows]
+        missed += [
+            abs(a * exact(factor) - exact(m)) + r * exact(factor) - exact(rad) for a, r, m, rad in rows
+        ]
     return max(missed)
 
 
@@ -351,7 +355,11 @@ def coupling_term(c: Code, interval: Any, given: Any, end: int) -> Fraction:
 
 def modality_term(c: Code) -> Fraction:
     """sum_i (lambda3 ||u^i|| + u^i' X_i' s b), summands below 0 left out; the inner products as exact numbers."""
-    lambda3, lengths, products = Fraction(4, 7), (Fraction(1, 99), Fraction(3)), (Fraction(1, 98), Fraction(-1, 7))
+    lambda3, lengths, products = (
+        Fraction(4, 7),
+        (Fraction(1, 99), Fraction(3)),
+        (Fraction(1, 98), Fraction(-1, 7)),
+    )
     dual = SimpleNamespace(scale=Wild(SCALE), ray=SimpleNamespace(pull=ball(c, NONE)))
     point = SimpleNamespace(u=ball(c, NONE), lengths=(None, wild(*lengths)))
     with instead(c.duality, inner_by_group=lambda *given: (None, wild(*products))):
@@ -408,7 +416,9 @@ def charges(c: Code) -> Fraction:
             found, gap, _ = c.certificate._bounded(None, point, dual, None)
             missed += [total + charge - exact(gap), exact(found) - max(2 - charge, value - total - charge)]
             missed.append(value - lower - exact(c.certificate._least(Wild(1000), point, Wild(lower))))
-    missed.append(Fraction(5, 21) - exact(c.certificate._quotient(Wild(Fraction(1, 7)), Wild(Fraction(3, 5)))))
+    missed.append(
+        Fraction(5, 21) - exact(c.certificate._quotient(Wild(Fraction(1, 7)), Wild(Fraction(3, 5))))
+    )
     return max(missed)
 
 
@@ -509,6 +519,8 @@ FAULTS: tuple[tuple[Attack, str, str], ...] = (
 compares every constant with its lemma."""
 
 
-@pytest.mark.parametrize(("attack", "old", "new"), FAULTS, ids=[f"{at.__name__}: {old}" for at, old, _ in FAULTS])
+@pytest.mark.parametrize(
+    ("attack", "old", "new"), FAULTS, ids=[f"{at.__name__}: {old}" for at, old, _ in FAULTS]
+)
 def test_a_constant_that_is_too_small_is_caught(attack: Attack, old: str, new: str) -> None:
     assert worst(attack, (old, new), enough=True) > 0

@@ -74,7 +74,9 @@ class Moved:
     @property
     def p(self) -> Row:
         """X'w - o."""
-        return tuple(dot(column, self.w) - target for column, target in zip(zip(*X, strict=True), O, strict=True))
+        return tuple(
+            dot(column, self.w) - target for column, target in zip(zip(*X, strict=True), O, strict=True)
+        )
 
     def pulled(self, x: Row) -> Row:
         """X_i'x, one number a modality."""
@@ -120,7 +122,9 @@ class Moved:
         way = [1 if x >= 0 else -1 for x in self.w]
         c = [dot(row, O) - off * k * length for row, k in zip(X, way, strict=True)]
         target = Wild(length**2 * (1 + off))
-        return module.Case(wild(*c), target, wild(*LAMBDAS), *(wild(*part) for part in (self.w, self.t, self.q)))
+        return module.Case(
+            wild(*c), target, wild(*LAMBDAS), *(wild(*part) for part in (self.w, self.t, self.q))
+        )
 
 
 def room_of(module: ModuleType) -> Any:
@@ -212,17 +216,30 @@ def gap_alone(module: ModuleType, limit: str, term: str) -> Fraction:
     three = far if "views" in limit else s * reach[1] * end
     e = tuple(s * x / (2 * one) * (1 + 3 * UNIT) for x in b)
     errors = tuple(UNIT * x for x in (Fraction(1, 99), Fraction(1, 98)))
-    pull, high = tuple(-three * x / s for x in (Fraction(1, 4), Fraction(2, 3))), (Fraction(1, 4), Fraction(2, 3))
+    pull, high = (
+        tuple(-three * x / s for x in (Fraction(1, 4), Fraction(2, 3))),
+        (Fraction(1, 4), Fraction(2, 3)),
+    )
     w = (Fraction(0), Fraction(-1, 9)) if term == "views" else (Fraction(0),) * 2
     t = (Fraction(1, 3), Fraction(3)) if term == "modalities" else (Fraction(0),) * 2
-    for name, values in {"b": b, "v": v, "reach": reach, "e": e, "e_error": errors, "pull": pull, "high": high}.items():
+    for name, values in {
+        "b": b,
+        "v": v,
+        "reach": reach,
+        "e": e,
+        "e_error": errors,
+        "pull": pull,
+        "high": high,
+    }.items():
         getattr(room, name)[:] = wild(*values)
     target = s * (loss + dot(b, b) / (4 * one))
     case = module.Case(None, Wild(target), wild(one, two, three), wild(*w), wild(*t), None)
     shared = SimpleNamespace(gamma=Wild(gamma(FEW)))
     total, found = module._gap(shared, case, SimpleNamespace(loss=Wild(loss), linear=Wild(0)), room)
     s = exact(found)
-    coupling = sum(((abs(x - s * y / (2 * one)) + d) ** 2 for x, y, d in zip(e, b, errors, strict=True)), Fraction(0))
+    coupling = sum(
+        ((abs(x - s * y / (2 * one)) + d) ** 2 for x, y, d in zip(e, b, errors, strict=True)), Fraction(0)
+    )
     true = (1 - s) ** 2 * loss + one * coupling
     for a, x in zip(w, v, strict=True):
         true += abs(a) * max(Fraction(0), two + s * x * (1 if a > 0 else -1))
@@ -238,7 +255,9 @@ def zeros_alone(module: ModuleType) -> Fraction:
     two = s * Fraction(8, 7) + 2 * Fraction(2, 3)
     three = s * Fraction(3, 7) + 2 * Fraction(2, 3) * Fraction(4, 5) * Fraction(5, 3)
     shared = SimpleNamespace(rows=wild(Fraction(3, 5), 1000), blocks=wild(Fraction(5, 3), 1000))
-    bounds = SimpleNamespace(zero_views=np.zeros((1, 2), dtype=bool), zero_modalities=np.zeros((1, 2), dtype=bool))
+    bounds = SimpleNamespace(
+        zero_views=np.zeros((1, 2), dtype=bool), zero_modalities=np.zeros((1, 2), dtype=bool)
+    )
     module._zeros(shared, wild(one, two, three), Wild(gap), Wild(s), room, bounds, 0)
     return Fraction(int(bounds.zero_views.sum() + bounds.zero_modalities.sum()))
 
@@ -257,7 +276,9 @@ def ends_alone(module: ModuleType) -> Fraction:
     }  # fmt: skip
     before = {name: vars(module)[name] for name in stubs}
     vars(module).update(stubs)
-    module._bound_one(None, SimpleNamespace(t=wild(1, 1), lambdas=None), Wild(1000), room_of(module), bounds, 0)
+    module._bound_one(
+        None, SimpleNamespace(t=wild(1, 1), lambdas=None), Wild(1000), room_of(module), bounds, 0
+    )
     vars(module).update(before)
     return max(exact(bounds.lower[0]) - (lower - gap), gap + stored - exact(bounds.gap[0]))
 
@@ -313,7 +334,10 @@ def lengths_alone(module: ModuleType) -> Fraction:
     found = module.DataBounds.of(data)
     shared = found.shared
     missed = [part - exact(length[0]) for part, length in zip(parts, shared.lengths, strict=True)]
-    missed += [1 - exact(shared.rows[0]), *(part - exact(b) for part, b in zip(parts, shared.blocks, strict=True))]
+    missed += [
+        1 - exact(shared.rows[0]),
+        *(part - exact(b) for part, b in zip(parts, shared.blocks, strict=True)),
+    ]
     lower, upper = found.squares
     data.targets = wild(square * (1 - off))
     missed += [exact(lower[0]) - square, square - exact(module.DataBounds(data, shared).squares[1][0])]

@@ -214,11 +214,15 @@ def copied(
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.ImportFrom) and node.module in copies:
             vars(copy).update({alias.name: copies[node.module][alias.name] for alias in node.names})
-    vars(copy).update(np=NUMPY, math=MATH, float=lambda value: value if isinstance(value, Wild) else float(value))
+    vars(copy).update(
+        np=NUMPY, math=MATH, float=lambda value: value if isinstance(value, Wild) else float(value)
+    )
     return copy
 
 
-def excess(attack: Callable[[], Fraction], *, tries: int = 3, enough: bool = False, climb: bool = True) -> Fraction:
+def excess(
+    attack: Callable[[], Fraction], *, tries: int = 3, enough: bool = False, climb: bool = True
+) -> Fraction:
     """By how much the worst plan that is found breaks a bound; <= 0 where it holds.
 
     Parameters
