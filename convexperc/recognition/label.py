@@ -274,7 +274,7 @@ def decide(
     rivals = rivals[np.argsort(upper[rivals], kind="stable")]
     candidates = tuple(names[j] for j in rivals)
     broken = broken_assumption()
-    warnings = (broken,) if broken else ()
+    warnings: tuple[str, ...] = (broken,) if broken else ()
     if decision is Decision.OBJECTIVE and not broken:
         warnings = _norm_warning(answers, names)
 

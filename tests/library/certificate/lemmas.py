@@ -26,6 +26,7 @@ MODULES = {
 ROUNDED = {"up", "down", "nextafter", "spacing"}
 MARKS = {"gamma", "U", "UNDERFLOW", "UNDERFLOW_SUM", *ROUNDED}
 """Names that only a function that makes a bound has a use for."""
+TIMES = "\N{MULTIPLICATION SIGN}"
 HEADING = re.compile(r"^### Lemma (R\d+) \(((?:`[\w.]+`(?:, )?)+)\)$", re.MULTILINE)
 
 Function = ast.FunctionDef
@@ -88,18 +89,20 @@ def _constant(node: ast.AST) -> str | None:
     """How a node is called among the constants; None for what is none by itself."""
     match node:
         case ast.BinOp(op=ast.Mult() | ast.Pow()) if _plain(node) and (_has_u(node) or _is_power(node)):
-            return ast.unparse(node)
+            found = ast.unparse(node)
         case ast.Call(func=ast.Name(id="gamma")):
-            return ast.unparse(node)
+            found = ast.unparse(node)
         case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name)) if name in ROUNDED:
-            return name
+            found = name
         case ast.Name(id="g", ctx=ast.Load()) | ast.Attribute(attr="gamma", ctx=ast.Load()):
-            return "g"
+            found = "g"
         case ast.Name(id=name) if re.fullmatch(r"U|[A-Z][A-Z0-9_]{2,}", name):
-            return name
+            found = name
         case ast.Constant(value=int() | float() as value) if value not in (0, 1):
-            return repr(value)
-    return None
+            found = repr(value)
+        case _:
+            found = None
+    return found
 
 
 def _plain(node: ast.AST) -> bool:
@@ -140,9 +143,13 @@ def documented() -> dict[str, tuple[str, Counter[str]]]:
 
 
 def _listed(text: str) -> Counter[str]:
-    return Counter({name: int(count or 1) for count, name in re.findall(r"(?:(\d+) × )?`([^`]+)`", text)})
+    return Counter(
+        {name: int(count or 1) for count, name in re.findall(rf"(?:(\d+) {TIMES} )?`([^`]+)`", text)}
+    )
 
 
 def written(found: Counter[str]) -> str:
     """As a lemma has them."""
-    return ", ".join(f"{count} × `{name}`" if count > 1 else f"`{name}`" for name, count in found.items())
+    return ", ".join(
+        f"{count} {TIMES} `{name}`" if count > 1 else f"`{name}`" for name, count in found.items()
+    )

@@ -1,4 +1,4 @@
-"""Each lemma of docs/rounding.md against arithmetic that rounds the worst way, on data moved all that it allows.
+"""The lemmas of docs/rounding.md against arithmetic that rounds the worst way, on data moved as they allow.
 
 An attack runs a function on numbers of `wild` and returns by how much its bound is missed, exactly. None may
 succeed; and each constant that is not more generous than the model asks for is planted too small, where one
@@ -18,7 +18,6 @@ import pytest
 from wild import LINALG, UNIT, Wild, copied, exact, exacts, excess, wild
 
 from convexperc.certificate import certificate, duality, evaluation, lambda_max, rounding, screening
-from convexperc.problem.scaling import Scaling
 from convexperc.recognition import decision
 
 Code = SimpleNamespace
@@ -209,7 +208,7 @@ def around(c: Code) -> Fraction:
 
 @attacked_on((200, 0, 1), (200, 0, 300), (4000, 1000, 300))
 def smallest_eigenvalue(c: Code, units: int, moved: int, far: int) -> Fraction:
-    """lambda_min of [[1, 1 - e], [1 - e, 1]] is e, and a little more is claimed; the matrix itself is moved."""
+    """lambda_min of [[1, 1 - e], [1 - e, 1]] is e, a little more is claimed, and the matrix is moved."""
     e, error = units * UNIT, moved * UNIT
     LINALG.eigvalsh = lambda G: [Wild(2 * e * (1 + Fraction(1, 100 * far)))]
     found = c.rounding.smallest_eigenvalue(wild([Fraction(1), 1 - e], [1 - e, Fraction(1)]), Wild(error))
@@ -218,7 +217,7 @@ def smallest_eigenvalue(c: Code, units: int, moved: int, far: int) -> Fraction:
 
 @attacked_on((1, Fraction(0)), (2, Fraction(1, 2**40)), (80, Fraction(0)))
 def smallest_singular_value(c: Code, d: int, error: Fraction) -> Fraction:
-    """Of one row of d entries 3, each off by an entry error; the length itself is claimed for an eigenvalue."""
+    """Of one row of d entries 3, each off by an entry error; its length is claimed for an eigenvalue."""
     LINALG.eigvalsh = lambda G: [Wild(2 * exact(G[0, 0]) * (1 - UNIT))]
     found = c.rounding.smallest_singular_value(wild([Fraction(3)] * d), Wild(error))
     return exact(found) ** 2 - d * (3 - error) ** 2
@@ -236,8 +235,10 @@ def row_squares(c: Code) -> Fraction:
 def objective_bounds(c: Code) -> Fraction:
     """F with one feature a modality, so that every norm is rational; w, p and q anywhere in their balls."""
     data = SimpleNamespace(
-        lambda1=(Wild(Fraction(1, 3)),) * 2, lambda2=(Wild(Fraction(1, 7)),) * 2, lambda3=(Wild(Fraction(2, 3)),) * 2
-    )  # fmt: skip
+        lambda1=(Wild(Fraction(1, 3)),) * 2,
+        lambda2=(Wild(Fraction(1, 7)),) * 2,
+        lambda3=(Wild(Fraction(2, 3)),) * 2,
+    )
     missed = []
     for radii in (NONE, RADS):
         parts = [ball(c, MIDS, radii) for _ in range(3)]
@@ -341,7 +342,7 @@ LAMBDA1 = ((Fraction(2, 3),) * 2, (Fraction(1, 3), Fraction(1, 3) + Fraction(1, 
 
 @attacked_on(*combinations(LAMBDA1, ((tuple(5 * m for m in MIDS), NONE), (SIGNS[1], RADS)), (0, 1)))
 def coupling_term(c: Code, interval: Any, given: Any, end: int) -> Fraction:
-    """lambda1 ||q - s b/(2 lambda1)||^2 at each end of lambda1's interval, q and b anywhere in their balls."""
+    """lambda1 ||q - s b/(2 lambda1)||^2 at each end of lambda1's interval, q and b in their balls."""
     mids, radii = given
     dual = SimpleNamespace(scale=Wild(SCALE), b=ball(c, MIDS, radii))
     point = SimpleNamespace(q=ball(c, mids, radii))
@@ -354,7 +355,7 @@ def coupling_term(c: Code, interval: Any, given: Any, end: int) -> Fraction:
 
 
 def modality_term(c: Code) -> Fraction:
-    """sum_i (lambda3 ||u^i|| + u^i' X_i' s b), summands below 0 left out; the inner products as exact numbers."""
+    """sum_i (lambda3 ||u^i|| + u^i' X_i' s b), summands below 0 left out; inner products are exact."""
     lambda3, lengths, products = (
         Fraction(4, 7),
         (Fraction(1, 99), Fraction(3)),
@@ -371,9 +372,12 @@ def weight_bounds(c: Code) -> Fraction:
     """sqrt(n) ||o|| / sigma with n = 4, and ||o||^2 / (2 lambda); roots are rational."""
     sigma, lambda2 = Fraction(1, 3), Fraction(1, 1000)
     data = SimpleNamespace(
-        target_square=(None, Wild(Fraction(25, 49))), smallest_singular_value=Wild(sigma), X=SimpleNamespace(shape=(Wild(9),)),
-        lambda2=(Wild(lambda2),), lambda3=(Wild(Fraction(2, 3)),),
-    )  # fmt: skip
+        target_square=(None, Wild(Fraction(25, 49))),
+        smallest_singular_value=Wild(sigma),
+        X=SimpleNamespace(shape=(Wild(9),)),
+        lambda2=(Wild(lambda2),),
+        lambda3=(Wild(Fraction(2, 3)),),
+    )
     by_rank = Fraction(3) * Fraction(5, 7) / sigma - exact(c.screening.view_weight_bound(data, Wild(1)))
     other = c.screening.modality_weight_bound(data, Wild(1))
     return max(by_rank, Fraction(25, 98) / Fraction(2, 3) - exact(other))
@@ -441,10 +445,10 @@ def costs(c: Code) -> Fraction:
 
 
 ATTACKS: tuple[Attack, ...] = (
-    magnitude, plus, times, product, inner, squared_norm, norm_bounds, root_alone, inner_by_group, sum_bounds,
-    scaled_bounds, around, smallest_eigenvalue, smallest_singular_value, row_squares, objective_bounds, dual_value,
-    value_parts, feasible, loss_term, view_term, coupling_term, modality_term, weight_bounds, proved_zeros, charges,
-    lambda2_max, costs,
+    magnitude, plus, times, product, inner, squared_norm, norm_bounds, root_alone, inner_by_group,
+    sum_bounds, scaled_bounds, around, smallest_eigenvalue, smallest_singular_value, row_squares,
+    objective_bounds, dual_value, value_parts, feasible, loss_term, view_term, coupling_term, modality_term,
+    weight_bounds, proved_zeros, charges, lambda2_max, costs,
 )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ DEPTH = 400
 NEEDED = 16
 """Roundings on top that docs/rounding.md counts: the larger of 4 n + 8 and 2 n + 2 m + 5, with n = m = 2."""
 X = ((Fraction(3, 5), Fraction(4, 5)), (Fraction(12, 13), Fraction(-5, 13)))
-O = (Fraction(3, 7), Fraction(4, 7))  # noqa: E741 - the paper's symbol
+O = (Fraction(3, 7), Fraction(4, 7))
 LAMBDAS = (Fraction(2, 3), Fraction(1, 3), Fraction(1, 4))
 
 Row = tuple[Fraction, ...]
@@ -249,7 +249,7 @@ def gap_alone(module: ModuleType, limit: str, term: str) -> Fraction:
 
 
 def zeros_alone(module: ModuleType) -> Fraction:
-    """At lambda2 = s (|v_j| + error) + 2 sqrt(gap (||x^j||^2 + lambda1)) nothing is proved; likewise lambda3."""
+    """At lambda2 = s (|v_j| + error) + 2 sqrt(gap (||x^j||^2 + lambda1)) nothing is proved; so at lambda3."""
     room, s, gap, one = room_of(module), Fraction(5, 7), Fraction(4, 9), Fraction(16, 25)
     room.v[:], room.v_error[:], room.reach[:] = wild(1, 0), wild(Fraction(1, 7), 0), wild(Fraction(3, 7), 0)
     two = s * Fraction(8, 7) + 2 * Fraction(2, 3)

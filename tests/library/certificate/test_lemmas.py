@@ -55,7 +55,7 @@ def test_the_named_constants_have_the_values_of_the_table() -> None:
 
 
 def halved(function: ast.FunctionDef) -> Iterator[tuple[str, ast.FunctionDef]]:
-    """The function with one constant of rounding halved, for each that it has; or rounded outwards no more."""
+    """The function with one constant of rounding halved, for each that it has; or not rounded outwards."""
     slices = [each.slice for each in ast.walk(function) if isinstance(each, ast.Subscript)]
     indices = {id(part) for each in slices for part in ast.walk(each)}
     for place, node in enumerate(ast.walk(function)):

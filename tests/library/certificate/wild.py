@@ -1,8 +1,8 @@
 """Arithmetic that rounds the worst way: every result is off by up to u, as an adversary likes.
 
-Numbers are rationals, so that what a bound misses is known exactly. The code under test runs as it is, on these
-numbers in place of floats: a lemma of docs/rounding.md that rests on the model alone must hold here as well.
-Underflow is left out; `test_rounding` has it.
+Numbers are rationals, so that what a bound misses is known exactly. The code under test runs as it is, on
+these numbers in place of floats: a lemma of docs/rounding.md that rests on the model alone must hold here as
+well. Underflow is left out; `test_rounding` has it.
 """
 
 import ast
