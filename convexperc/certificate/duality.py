@@ -33,6 +33,9 @@ from convexperc.certificate.rounding import (
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.scaling import Bounds
 
+SMALLEST_TWICE = 2.0**-1021
+"""From here on, half of a float is a float."""
+
 
 @dataclass(frozen=True, eq=False)
 class Ray:
@@ -257,7 +260,9 @@ class GapTerms:
 def gap_terms(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> GapTerms:
     """Bound F(w,u) - D(s a, s b) from above without subtracting F and D (Lemma R29)."""
     s, w = dual.scale, point.w
-    loss = squared_norm(point.p.plus(Ball.exact(dual.a).times(s).times(0.5), -1.0))[1]
+    exact = 0.5 * s if s >= SMALLEST_TWICE else 0.0
+    half = Ball.exact(dual.a).times(exact) if exact else Ball.exact(dual.a).times(s).times(0.5)
+    loss = squared_norm(point.p.plus(half, -1.0))[1]
     v = dual.v.times(s)
     toward = np.where(w.rad > 0.0, np.abs(v.mid), np.sign(w.mid) * v.mid)
     room = data.lambda2[1] + toward

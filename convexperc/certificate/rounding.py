@@ -186,9 +186,10 @@ def inner_by_group(x: Ball, y: Ball, groups: Groups) -> tuple[Floats, Floats]:
         ax, ay = np.abs(x.mid), np.abs(y.mid)
         rad = rad + groups.sums(ax * y.rad + x.rad * ay + x.rad * y.rad)
     charged = np.nextafter((rad + (k + 1.0) * UNDERFLOW) * (1.0 + 4 * (k + 12.0) * U), np.inf)
-    lower, upper = np.nextafter(mid - charged, -np.inf), np.nextafter(mid + charged, np.inf)
-    known = np.isfinite(mid) & np.isfinite(charged)
-    if not known.all():
+    high = mid + charged
+    lower, upper = np.nextafter(mid - charged, -np.inf), np.nextafter(high, np.inf)
+    if not np.isfinite(high).all():
+        known = np.isfinite(mid) & np.isfinite(charged)
         lower, upper = np.where(known, lower, -np.inf), np.where(known, upper, np.inf)
     if not rad.all():
         some = groups.any((x.mid != 0.0) | (x.rad != 0.0)) & groups.any((y.mid != 0.0) | (y.rad != 0.0))
