@@ -101,15 +101,13 @@ class DataBounds:
     def usable(self, penalties: Penalties, lambdas: Float[np.ndarray, "p 3"]) -> Bool[np.ndarray, " p"]:
         """Where bounds can be given at these lambdas; the other templates are solved on the original data.
 
-        Nowhere if the arithmetic is not as assumed.
-
         Parameters
         ----------
         penalties : Penalties
         lambdas : float64 (p, 3)
             The same in each template's own units.
         """
-        if broken_assumption(self.data.n) or (penalties.uncoupled and not self.independent):
+        if penalties.uncoupled and not self.independent:
             return np.zeros(self.data.p, dtype=bool)
         inside = (lambdas >= 1.0 / LARGEST_NUMBER) & (lambdas <= LARGEST_NUMBER)
         for k, given in enumerate(penalties):

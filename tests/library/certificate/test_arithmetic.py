@@ -132,11 +132,11 @@ def test_another_thread_keeps_its_own_arithmetic() -> None:
 
 def test_the_blas_is_looked_at_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     with environment("results flushed"):
-        assert not arithmetic._blas_is_sound.__wrapped__()
+        assert not arithmetic._products_are_sound.__wrapped__()
     with environment("upwards"):
-        assert not arithmetic._blas_is_sound.__wrapped__()
-    assert arithmetic._blas_is_sound.__wrapped__()
-    monkeypatch.setattr(arithmetic, "_blas_is_sound", lambda: False)
+        assert not arithmetic._products_are_sound.__wrapped__()
+    assert arithmetic._products_are_sound.__wrapped__()
+    monkeypatch.setattr(arithmetic, "_products_are_sound", lambda: False)
     assert broken_assumption() == f"nothing is proved: {THREADS}"
     assert certify(PROBLEM, [0.0], [0.0]).method == f"nothing is proved: {THREADS}"
 
