@@ -2,12 +2,15 @@
 
 import json
 import math
+import os
+import subprocess
+import sys
 import threading
 from contextlib import ExitStack
 
 import numpy as np
 import pytest
-from floating_point import SETTINGS, environment
+from floating_point import FLUSH_OPERANDS, FLUSH_RESULTS, MXCSR, SETTINGS, environment, library
 from typer.testing import CliRunner
 
 from convexperc import (
@@ -139,6 +142,37 @@ def test_the_blas_is_looked_at_by_itself(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(arithmetic, "_products_are_sound", lambda: False)
     assert broken_assumption() == f"nothing is proved: {THREADS}"
     assert certify(PROBLEM, [0.0], [0.0]).method == f"nothing is proved: {THREADS}"
+
+
+BEFORE_NUMPY = """
+import ctypes
+libm, before = ctypes.CDLL("libm.so.6"), (ctypes.c_ubyte * 64)()
+libm.fegetenv(before)
+changed = (ctypes.c_ubyte * 64)(*before)
+ctypes.c_uint32.from_buffer(changed, {register}).value |= {bits}
+libm.fesetenv(changed)
+import numpy as np
+np.ones((300, 300)) @ np.ones((300, 300))
+libm.fesetenv(before)
+from convexperc.certificate.arithmetic import broken_assumption
+print(broken_assumption())
+"""
+
+
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="on one core the BLAS has no thread of its own")
+def test_threads_of_the_blas_that_began_with_another_setting_are_noticed() -> None:
+    """The thread that proves has put its own right again."""
+    library()
+    program = BEFORE_NUMPY.format(register=MXCSR, bits=FLUSH_RESULTS | FLUSH_OPERANDS)
+    for threads, said in (("2", f"nothing is proved: {THREADS}"), ("1", "")):
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            env=os.environ | {"OPENBLAS_NUM_THREADS": threads},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert done.stdout.strip() == said, (threads, done.stderr)
 
 
 def strassen(A: np.ndarray, B: np.ndarray) -> np.ndarray:
