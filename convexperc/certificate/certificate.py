@@ -1,7 +1,7 @@
 """The certificate: a proof of how far any point (w, u) is from the optimum of the ORIGINAL problem.
 
 Knows no solver, believes no status, imports NumPy alone. Every number that it reports is a bound with its
-rounding included (`convexperc.certificate.rounding` says what is assumed of the machine).
+rounding included (docs/rounding.md has the proofs, and what they assume of the machine).
 """
 
 import math
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.duality import DualPoint, GapTerms, dual_points, dual_value, gap_terms
 from convexperc.certificate.evaluation import NormalizedData, PrimalPoint
 from convexperc.certificate.rationals import exact_optimum
@@ -52,7 +53,7 @@ class Certificate:
     dual : DualPoint or None
         The dual point behind `gap`, in normalised units; None where the bound is exact or trivial.
     method : str
-        How the gap was proved.
+        How the gap was proved; or which assumption on the arithmetic fails, so that nothing is.
     zero_views : bool (n,)
         True where w*_j = 0 is proved of every optimal w*.
     zero_modalities : bool (m,)
@@ -73,6 +74,25 @@ class Certificate:
     zero_views: NDArray[np.bool_]
     zero_modalities: NDArray[np.bool_]
 
+    @classmethod
+    def of_nothing(cls, problem: Problem, tolerances: Tolerances, reason: str) -> "Certificate":
+        """F* >= 0 alone, where the arithmetic is not what a proof assumes."""
+        unknown, zeros = math.inf, (np.zeros(k, dtype=bool) for k in (problem.n, problem.m))
+        return cls(
+            0.0,
+            unknown,
+            0.0,
+            (0.0, unknown),
+            unknown,
+            unknown,
+            unknown,
+            tolerances,
+            None,
+            None,
+            reason,
+            *zeros,
+        )
+
     @property
     def certified(self) -> bool:
         """Whether the gap is within the tolerances; false for NaN."""
@@ -80,7 +100,7 @@ class Certificate:
 
     @property
     def enclosed(self) -> bool:
-        """Whether [lower, upper] is as narrow as the tolerances ask, whatever the point (w, u) is."""
+        """Whether [lower, upper] is as narrow as the tolerances ask, at any point (w, u) (Lemma R34)."""
         width = up(self.upper - self.lower) if self.upper > self.lower else 0.0
         return self.certified or bool(self.tolerances.met(width, self.lower, self.target))
 
@@ -184,6 +204,9 @@ class Certifier:
             hint = self.scaling.dual(
                 point_entries(dual[0], d, "a", finite=False), point_entries(dual[1], n, "b", finite=False)
             )
+        broken = broken_assumption(min(self.problem.X.shape))
+        if broken:
+            return Certificate.of_nothing(self.problem, self.tolerances, broken)
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             proof = self._prove(PrimalPoint.of(self.data, self.scaling, *point), hint)
         lower, upper = self.scaling.value_back((proof.lower, proof.upper))
@@ -206,7 +229,7 @@ class Certifier:
 
     @cached_property
     def exact(self) -> Bounds | None:
-        """Bounds of the exact optimum of the equality case, normalised; None in other cases."""
+        """Bounds of the exact optimum of the equality case, normalised; None in other cases (Lemma R32)."""
         optimum = exact_optimum(self.problem)
         if optimum is None:
             return None
@@ -218,7 +241,7 @@ class Certifier:
         )
 
     def _prove(self, point: PrimalPoint, hint: tuple[FeatureVector, Vector] | None) -> "_Proof":
-        """Take the best of the bounds: F >= 0, the exact one of the equality case, the dual points'."""
+        """The best of F >= 0, the exact bound of the equality case, and the dual points' (Lemma R34)."""
         data = self.data
         upper = min(point.objective[1], data.target_square[1])
         lower, gap, terms, dual, method = 0.0, point.objective[1], None, None, "F >= 0"
@@ -263,14 +286,14 @@ class _Proof:
 
 
 def _least(gap: float, point: PrimalPoint, lower: float) -> float:
-    """The smaller of a gap and F(w, u) - lower."""
+    """The smaller of a gap and F(w, u) - lower (Lemma R34)."""
     return min(gap, max(0.0, up(point.objective[1] - lower)))
 
 
 def _bounded(
     data: NormalizedData, point: PrimalPoint, dual_point: DualPoint, upper: float
 ) -> tuple[float, float, GapTerms | None]:
-    """Lower bound of F*, upper bound of F(w, u) - F*, and the gap's terms, from one dual point."""
+    """A lower bound of F*, an upper one of F(w, u) - F*, and its terms, by a dual point (Lemma R34)."""
     cost = 0.0 if dual_point.feasible else _cost(data, dual_point, upper)
     lower = dual_value(dual_point)[0]
     lower = down(lower - cost) if cost else lower
@@ -284,7 +307,7 @@ def _bounded(
 
 
 def _cost(data: NormalizedData, dual_point: DualPoint, upper: float) -> float:
-    """What the excess of a dual point takes off its bound."""
+    """What the excess of a dual point takes off its bound (Lemma R35)."""
     cost = 0.0
     if dual_point.excess_views != 0.0:
         cost = up(dual_point.excess_views * view_weight_bound(data, upper))
@@ -299,6 +322,7 @@ def _method(dual_point: DualPoint) -> str:
 
 
 def _quotient(gap: float, value: float) -> float:
+    """Upper bound of gap / value (Lemma R34)."""
     if gap == 0.0:
         return 0.0
     return up(gap / value) if value > 0.0 and math.isfinite(gap) else math.inf

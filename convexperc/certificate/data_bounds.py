@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.lasso import Distinct, bound_merged
 from convexperc.certificate.reduced import (
     LARGEST_NUMBER,
@@ -60,7 +61,7 @@ class DataBounds:
 
     @classmethod
     def of(cls, data: ReducedData) -> "DataBounds":
-        """Bound the lengths of the rows of X_, whole and by modality, and the rounding of all products."""
+        """Bound the lengths of the rows of X_ and of their parts, and all rounding (Lemma R40)."""
         n, m, squares = data.n, data.m, np.einsum("ijj->ij", data.K)
         g = gamma(data.views.reduction.depth + 4 * n + 4 * m + 64)
         lengths = np.sqrt(squares * (1.0 + 4 * g) + UNDERFLOW_SUM)
@@ -70,8 +71,10 @@ class DataBounds:
 
     @cached_property
     def squares(self) -> Intervals:
-        """Lower and upper bounds of ||o_j||^2; 0 and infinite where it is not sound."""
+        """Bounds of ||o_j||^2; 0 and infinity where it is not sound, or arithmetic is not (Lemma R42)."""
         data, g = self.data, self.shared.gamma
+        if broken_assumption(data.n):
+            return np.zeros(data.p), np.full(data.p, np.inf)
         found = np.ldexp(data.targets, 2 * data.exponents)
         lower, upper = found * (1.0 - g), found * (1.0 + g)
         lower[~data.sound], upper[~data.sound] = 0.0, np.inf
@@ -88,7 +91,9 @@ class DataBounds:
         return self.distinct.floor > 0.0
 
     def zero_is_optimal(self, penalties: Penalties) -> Bool[np.ndarray, " p"]:
-        """Where lambda2 >= 2 ||X o_j||_inf is proved, so that w = u = 0 is an optimum."""
+        """Where lambda2 >= 2 ||X o_j||_inf is proved, so that w = u = 0 is an optimum (Lemma R44)."""
+        if broken_assumption(self.data.n):
+            return np.zeros(self.data.p, dtype=bool)
         size = np.abs(self.data.C) + 2.0 * self.shared.gamma * self.shared.rows
         lambda2 = self.data.normalised(penalties)[:, 1]
         return np.asarray(self.data.sound & (lambda2 >= (2.0 + 2.0**-40) * size.max(axis=1)))
@@ -139,6 +144,8 @@ class DataBounds:
             In normalised units.
         """
         data = self.data
+        if broken_assumption(data.n):
+            return AnswerBounds.unknown(chosen.size, data.n, data.m)
         given = self.shared, data.C[chosen], data.targets[chosen], lambdas
         if uncoupled:
             return bound_merged(self.distinct, *given, *points)

@@ -33,6 +33,9 @@ from convexperc.certificate.rounding import (
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.scaling import Bounds
 
+SMALLEST_TWICE = 2.0**-1021
+"""From here on, half of a float is a float."""
+
 
 @dataclass(frozen=True, eq=False)
 class Ray:
@@ -110,7 +113,7 @@ class DualPoint:
 
 
 def dual_value(point: DualPoint) -> Bounds:
-    """Enclose D(s a, s b) = -s a'o - s^2 (||a||^2/4 + ||b||^2/(4 lambda1))."""
+    """Enclose D(s a, s b) = -s a'o - s^2 (||a||^2/4 + ||b||^2/(4 lambda1)) (Lemma R25)."""
     linear, quadratic, s = point.ray.linear, point.ray.quadratic, point.scale
     square = up(s * s), max(0.0, down(s * s))
     low = down(s * linear[0]) - up(square[0] * quadratic[1])
@@ -119,7 +122,7 @@ def dual_value(point: DualPoint) -> Bounds:
 
 
 def _value_parts(data: NormalizedData, a: FeatureVector, b: Ball) -> tuple[Bounds, Bounds]:
-    """-a'o and Q = ||a||^2/4 + ||b||^2/(4 lambda1); b must be 0 where lambda1 is 0."""
+    """-a'o and Q = ||a||^2/4 + ||b||^2/(4 lambda1); b must be 0 where lambda1 is 0 (Lemma R26)."""
     low, high = inner(Ball.exact(a), data.target)
     a_part, b_part = squared_norm(Ball.exact(a)), squared_norm(b)
     if b_part[1] == 0.0:
@@ -127,9 +130,9 @@ def _value_parts(data: NormalizedData, a: FeatureVector, b: Ball) -> tuple[Bound
     elif data.lambda1[0] == 0.0:
         quadratic = (a_part[0], math.inf)
     else:
-        coupling = down(b_part[0] / up(data.lambda1[1])), up(up(b_part[1]) / data.lambda1[0])
-        quadratic = sum_bounds(a_part, (max(0.0, coupling[0]), coupling[1]))
-    return (-high, -low), (0.25 * quadratic[0], 0.25 * quadratic[1])
+        quadratic = sum_bounds(a_part, (b_part[0] / data.lambda1[1], b_part[1] / data.lambda1[0]))
+    quarters = max(0.0, down(0.25 * quadratic[0])), up(0.25 * quadratic[1]) if quadratic[1] else 0.0
+    return (-high, -low), quarters
 
 
 def dual_points(
@@ -191,7 +194,7 @@ def _with_coupling(data: NormalizedData, kind: str, a: FeatureVector, Xa: Ball, 
 
 
 def _shrunk(data: NormalizedData, b: Vector) -> Ball:
-    """B times the largest factor <= 1 that keeps every ||X_i' b|| <= lambda3."""
+    """B times the largest factor <= 1 that keeps every ||X_i' b|| <= lambda3 (Lemma R28)."""
     worst = float(data.modality_norms(data.times_columns(Ball.exact(b)))[1].max())
     if worst <= data.lambda3[0]:
         return Ball.exact(b)
@@ -213,12 +216,12 @@ def _scaled(data: NormalizedData, ray: Ray) -> Iterator[DualPoint]:
 
 
 def _ratio(limit: float, norm: float) -> float:
-    """The largest s with s * norm <= limit, rounded down."""
+    """The largest s with s * norm <= limit, rounded down (Lemma R28)."""
     return math.inf if norm == 0.0 else limit / norm * (1.0 - 8 * U)
 
 
 def _excess(s: float, norm: float, limit: float) -> float:
-    """Upper bound of (s * norm - limit)+, 0 only where s * norm <= limit is proved."""
+    """Upper bound of (s * norm - limit)+, 0 only where s * norm <= limit is proved (Lemma R27)."""
     reached = up(s * norm) if norm else 0.0
     return 0.0 if reached <= limit else up(reached - limit)
 
@@ -254,9 +257,11 @@ class GapTerms:
 
 
 def gap_terms(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> GapTerms:
-    """Bound F(w,u) - D(s a, s b) from above without subtracting F and D."""
+    """Bound F(w,u) - D(s a, s b) from above without subtracting F and D (Lemma R29)."""
     s, w = dual.scale, point.w
-    loss = squared_norm(point.p.plus(Ball.exact(dual.a).times(0.5 * s), -1.0))[1]
+    exact = 0.5 * s if s >= SMALLEST_TWICE else 0.0
+    half = Ball.exact(dual.a).times(exact) if exact else Ball.exact(dual.a).times(s).times(0.5)
+    loss = squared_norm(point.p.plus(half, -1.0))[1]
     v = dual.v.times(s)
     toward = np.where(w.rad > 0.0, np.abs(v.mid), np.sign(w.mid) * v.mid)
     room = data.lambda2[1] + toward
@@ -268,7 +273,7 @@ def gap_terms(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> GapT
 
 
 def _coupling_term(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> float:
-    """lambda1 ||q - s b/(2 lambda1)||^2, with b = 0 where lambda1 = 0."""
+    """lambda1 ||q - s b/(2 lambda1)||^2, with b = 0 where lambda1 = 0 (Lemma R30)."""
     q = point.q
     low, high = data.lambda1
     if low > 0.0:
@@ -279,7 +284,7 @@ def _coupling_term(data: NormalizedData, point: PrimalPoint, dual: DualPoint) ->
 
 
 def _modality_term(data: NormalizedData, point: PrimalPoint, dual: DualPoint) -> float:
-    """sum_i (lambda3 ||u^i|| + u^i' X_i' s b), each summand cut at 0 from below."""
+    """sum_i (lambda3 ||u^i|| + u^i' X_i' s b), each summand cut at 0 from below (Lemma R31)."""
     total, pull = 0.0, dual.ray.pull.times(dual.scale)
     products = inner_by_group(point.u, pull, data.groups)[1].tolist()
     for length, product in zip(point.lengths[1].tolist(), products, strict=True):

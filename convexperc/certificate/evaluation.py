@@ -79,13 +79,13 @@ class NormalizedData:
 
     @cached_property
     def row_squares(self) -> Floats:
-        """Upper bounds of ||x^j||^2, shape (n,)."""
+        """Upper bounds of ||x^j||^2, shape (n,) (Lemma R21)."""
         d = self.X.shape[1]
         return np.asarray(np.einsum("ij,ij->i", self.X, self.X) * (1.0 + 4 * (d + 8) * U) + d * UNDERFLOW)
 
     @cached_property
     def block_lengths(self) -> Floats:
-        """Upper bounds of the Frobenius norms ||X_i||_F, shape (m,)."""
+        """Upper bounds of the Frobenius norms ||X_i||_F, shape (m,) (Lemma R22)."""
         squares = self.groups.sums(np.einsum("ij,ij->j", self.X, self.X))
         squares = squares * (1.0 + 4 * (self.X.size + 8) * U) + self.X.size * UNDERFLOW
         return np.asarray(np.nextafter(np.sqrt(squares), np.inf))
@@ -134,7 +134,7 @@ class PrimalPoint:
 
     @classmethod
     def of(cls, data: NormalizedData, scaling: Scaling, w: Vector, u: FeatureVector) -> "PrimalPoint":
-        """Normalise a point (w, u) on the original data and evaluate it."""
+        """Normalise a point (w, u) on the original data and evaluate it (Lemma R23)."""
         w_, u_ = scaling.point(w, u)
         finite = bool(np.isfinite(w_).all() and np.isfinite(u_).all())
         if finite:
@@ -150,14 +150,14 @@ class PrimalPoint:
 
 
 def _allowing_underflow(scaled: Floats, given: Floats) -> Ball:
-    """Entries so small that scaling may have rounded them, even to 0, get the radius of that rounding."""
+    """Give entries so small that scaling may have rounded them the radius of that rounding (Lemma R20)."""
     return Ball(scaled, np.where((np.abs(scaled) < 2.0**-1000) & (given != 0.0), UNDERFLOW, 0.0))
 
 
 def objective_bounds(
     data: NormalizedData, w: Ball, p: Ball, q: Ball, lengths: tuple[Floats, Floats]
 ) -> Bounds:
-    """Enclose F = ||p||^2 + lambda1 ||q||^2 + lambda2 ||w||_1 + lambda3 sum_i ||u^i||."""
+    """Enclose F = ||p||^2 + lambda1 ||q||^2 + lambda2 ||w||_1 + lambda3 sum_i ||u^i|| (Lemma R23)."""
     low, high = inner(Ball(np.abs(w.mid), w.rad), Ball.exact(np.ones_like(w.mid)))
     norms = sum_bounds(*zip(lengths[0].tolist(), lengths[1].tolist(), strict=True))
     return sum_bounds(

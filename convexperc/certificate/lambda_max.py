@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.evaluation import NormalizedData
 from convexperc.certificate.rounding import down, up
 from convexperc.problem.arrays import Vector
@@ -22,7 +23,7 @@ class Point(Protocol):
 
 
 def lambda2_max(problem: Problem) -> Bounds:
-    """Enclose the smallest lambda2 for which w = 0, u = 0 is optimal: 2 ||X o||_inf.
+    """Enclose the smallest lambda2 for which w = 0, u = 0 is optimal: 2 ||X o||_inf (Lemma R39).
 
     Parameters
     ----------
@@ -32,12 +33,14 @@ def lambda2_max(problem: Problem) -> Bounds:
     Returns
     -------
     (float, float)
-        Lower and upper bound, rounding included.
+        Lower and upper bound, rounding included; 0 and infinity where the arithmetic is not as assumed.
 
     Notes
     -----
     At (0, 0) the dual point is a = -2o, b = 0, which is feasible exactly for lambda2 >= 2 ||X o||_inf.
     """
+    if broken_assumption():
+        return 0.0, math.inf
     scaling = Scaling.of(problem)
     data = NormalizedData.of(problem, scaling)
     found = data.times_rows(data.target)

@@ -54,7 +54,7 @@ class Distinct:
 
     @classmethod
     def of(cls, X: Matrix, shared: GramBounds) -> "Distinct":
-        """Look for equal views only where the views are not proved to be independent."""
+        """Look for equal views only where the views are not proved to be independent (Lemma R43)."""
         n = X.shape[0]
         alone = cls(shared, np.arange(n), np.ones(n), _floor(shared))
         if alone.floor > 0.0:
@@ -86,7 +86,7 @@ class Distinct:
 
 
 def _floor(shared: GramBounds) -> float:
-    """Bound lambda_min(X X') by that of G and the roundings in G: ||E||_2 <= gamma sum_j ||x_j||^2."""
+    """Bound lambda_min(X X') by that of G, with ||X X' - G||_2 <= gamma sum_j ||x_j||^2 (Lemma R43)."""
     n = shared.rows.size
     error = shared.gamma * float((shared.rows**2).sum()) * (1.0 + gamma(n + 4)) + UNDERFLOW_SUM
     return smallest_eigenvalue(shared.G, error)
@@ -113,6 +113,7 @@ def bound_lasso(shared, floor, C, targets, lambdas, W, T, Q, bounds):
 @no_type_check
 @njit(cache=True)
 def _bound_one(shared, case, floor, room, bounds, j):
+    """Bound one template's optimum and gap (Lemma R51)."""
     value = value_bounds(shared, case, room)
     g, two = shared.gamma, case.lambdas[1]
     lasso = case.lambdas[0] == 0.0 or case.lambdas[2] == 0.0
@@ -154,7 +155,7 @@ def bound_merged(
     T: Float[np.ndarray, "p m"],
     Q: Float[np.ndarray, "p n"],
 ) -> AnswerBounds:
-    """Bound the optima where some views may be equal.
+    """Bound the optima where some views may be equal (Lemma R52).
 
     Parameters
     ----------

@@ -197,7 +197,7 @@ def exact_optimum(problem: Problem) -> Fraction | None:
 
 
 def into_left_null_space(X: Matrix, b: Vector) -> Ball | None:
-    """Move b into {b : X'b = 0} exactly, and enclose the result; None beyond `WORK_LIMIT`.
+    """Move b into {b : X'b = 0} exactly, and enclose the result; None beyond `WORK_LIMIT` (Lemma R33).
 
     The entries of b outside the row basis B are kept as they are; X'b = 0 gives the others: those of b less
     (B B')^-1 B X'b. None also where a result leaves float64.

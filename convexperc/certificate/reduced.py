@@ -11,7 +11,7 @@ scaled until it is feasible by proof. None is ever formed: with y = G w - c and 
 
 and F - D is the sum of terms >= 0 of `convexperc.certificate.duality`. Everything that is not exact is
 bounded a priori: an entry of G, K_i or c is off by at most gamma_k times the lengths of its two vectors
-(`Reduction.depth`).
+(`Reduction.depth`); docs/rounding.md has the lemmas.
 
 Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., section 3.1 (gamma_k).
 """
@@ -210,7 +210,7 @@ def bound_reduced(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
 @no_type_check
 @njit(cache=True)
 def in_range(lambdas, w, t, q):
-    """Whether every number is 0, or far from overflow and underflow."""
+    """Whether every number is 0, or far from overflow and underflow (Lemma R50)."""
     for k in range(3):
         if not (1.0 / LARGEST_NUMBER <= lambdas[k] <= LARGEST_NUMBER or lambdas[k] == 0.0):
             return False
@@ -224,6 +224,7 @@ def in_range(lambdas, w, t, q):
 @no_type_check
 @njit(cache=True)
 def _bound_one(shared, case, tolerance, room, bounds, j):
+    """Bound one template's optimum and gap by the dual point that suffices (Lemma R48)."""
     value = value_bounds(shared, case, room)
     best = np.inf
     for kind in range(3):
@@ -273,7 +274,7 @@ def _inner(x, y):
 @no_type_check
 @njit(cache=True)
 def value_bounds(shared, case, room):
-    """Bound F(w, u), and leave y, z, e, tau and the bounds of ||X_i'q|| in `room`."""
+    """Bound F(w, u), and leave y, z, e, tau and the bounds of ||X_i'q|| in `room` (Lemma R41)."""
     c, target, lambdas, w, t, q = case
     n, m, g = w.size, t.size, shared.gamma
     omega = np.sqrt(target) * (1.0 + g) + UNDERFLOW_SUM
@@ -327,7 +328,7 @@ def value_bounds(shared, case, room):
 @no_type_check
 @njit(cache=True)
 def _coupling(shared, case, value, room):
-    """b = -2 q, v = 2 y + 2 q."""
+    """b = -2 q, v = 2 y + 2 q (Lemma R45)."""
     w, q = case.w, case.q
     for a in range(w.size):
         room.b[a], room.b_error[a] = -2.0 * q[a], 0.0
@@ -343,7 +344,7 @@ def _coupling(shared, case, value, room):
 @no_type_check
 @njit(cache=True)
 def _slack(shared, case, value, by_sign, room):
-    """v = 2 y - b cut to [-lambda2, lambda2], or -lambda2 sign(w_j); b = 2 y - v."""
+    """v = 2 y - b cut to [-lambda2, lambda2], or -lambda2 sign(w_j); b = 2 y - v (Lemma R46)."""
     g, w, lambdas = shared.gamma, case.w, case.lambdas
     for a in range(w.size):
         v = min(max(2.0 * room.y[a] - room.b[a], -lambdas[1]), lambdas[1])
@@ -367,7 +368,7 @@ def _slack(shared, case, value, by_sign, room):
 @no_type_check
 @njit(cache=True)
 def _gap(shared, case, value, room):
-    """Bound F - D at (s a, s b); returns it with s, or infinity where no s > 0 is feasible."""
+    """Bound F - D at (s a, s b); returns it with s, or infinity where no s > 0 is feasible (Lemma R47)."""
     w, t, target = case.w, case.t, case.target
     n, m, g = w.size, t.size, shared.gamma
     one, two, three = case.lambdas
@@ -377,10 +378,10 @@ def _gap(shared, case, value, room):
         worst = max(worst, abs(room.v[a]) + room.v_error[a])
     quadratic = value.loss + 0.25 * square / one
     s = max(0.0, target - value.linear) / quadratic if quadratic > 0.0 else 1.0
-    if s * worst > two:
+    if s * worst * (1.0 + 4 * U) > two:
         s = two / worst * (1.0 - 16 * U)
     for i in range(m):
-        if s * room.reach[i] > three:
+        if s * room.reach[i] * (1.0 + 4 * U) > three:
             s = three / room.reach[i] * (1.0 - 16 * U)
     if not 0.0 < s <= LARGEST_NUMBER:
         return np.inf, 0.0
@@ -403,7 +404,7 @@ def _gap(shared, case, value, room):
 @no_type_check
 @njit(cache=True)
 def _zeros(shared, lambdas, gap, s, room, bounds, j):
-    """Mark the views and modalities that no optimum uses; see `screening.proved_zeros`."""
+    """Mark the views and modalities that no optimum uses; see `screening.proved_zeros` (Lemma R49)."""
     root = 2.0 * np.sqrt(gap) * (1.0 + 2.0**-40)
     for a in range(room.v.size):
         radius = root * np.sqrt(_square(shared.rows[a]) + lambdas[0]) * (1.0 + 2.0**-40)

@@ -1,8 +1,7 @@
 """Rounding made visible: float64 values together with a bound on their error.
 
-Assumed of the machine: IEEE 754 binary64, round to nearest, sums in any order, with or without fused
-multiply-add, no Strassen-like products. Flush-to-zero is allowed for: `UNDERFLOW` charges every operation
-with more than the largest subnormal number.
+docs/rounding.md has the lemmas that the docstrings name, and what they assume of the machine;
+`convexperc.certificate.arithmetic` looks whether it is so.
 
 Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., section 3.1 (gamma_k);
 Rump, Verification of positive definiteness, BIT 46 (2006).
@@ -21,22 +20,22 @@ from convexperc.problem.arrays import Matrix
 U = 2.0**-53
 """Unit roundoff of binary64."""
 UNDERFLOW = 2.0**-1020
-"""More than the largest subnormal number, which an operation loses where subnormals are flushed to 0."""
+"""More than a few operations lose by underflow."""
 Floats = NDArray[np.float64]
 
 
 def gamma(k: int) -> float:
-    """k u / (1 - k u), the relative error of k roundings in a row, rounded up."""
+    """k u / (1 - k u), the relative error of k roundings in a row, rounded up (Lemma R1)."""
     return k * U / (1.0 - k * U) * (1.0 + 8 * U)
 
 
 def up(value: float) -> float:
-    """The next float above."""
+    """The next float above (Lemma R2)."""
     return math.nextafter(value, math.inf)
 
 
 def down(value: float) -> float:
-    """The next float below."""
+    """The next float below (Lemma R3)."""
     return math.nextafter(value, -math.inf)
 
 
@@ -59,25 +58,25 @@ class Ball:
         return cls(values, np.zeros_like(values))
 
     def magnitude(self) -> Floats:
-        """Upper bounds of the absolute values."""
+        """Upper bounds of the absolute values (Lemma R4)."""
         return (np.abs(self.mid) + self.rad) * (1.0 + 4 * U)
 
     def plus(self, other: "Ball", sign: float = 1.0) -> "Ball":
-        """Self + sign * other with sign = 1 or -1."""
+        """Self + sign * other with sign = 1 or -1 (Lemma R5)."""
         mid = self.mid + sign * other.mid
         rad = (self.rad + other.rad + U * np.abs(mid)) * (1.0 + 8 * U)
         zero = (self.mid == 0) & (other.mid == 0) & (rad == 0)
         return Ball(mid, np.where(zero, 0.0, rad + UNDERFLOW))
 
     def times(self, factor: float) -> "Ball":
-        """The product with one float."""
+        """The product with one float (Lemma R6)."""
         mid = self.mid * factor
         rad = (self.rad * abs(factor) + U * np.abs(mid)) * (1.0 + 8 * U)
         return Ball(mid, np.where((self.mid == 0) & (self.rad == 0), 0.0, rad + UNDERFLOW))
 
 
 def product(A: Matrix, x: Ball, entry_error: float = 0.0, absolute: Matrix | None = None) -> Ball:
-    """Enclose A x.
+    """Enclose A x (Lemma R7).
 
     Parameters
     ----------
@@ -106,7 +105,7 @@ def product(A: Matrix, x: Ball, entry_error: float = 0.0, absolute: Matrix | Non
 
 
 def inner(x: Ball, y: Ball) -> tuple[float, float]:
-    """Enclose x'y as (lower, upper)."""
+    """Enclose x'y as (lower, upper) (Lemma R8)."""
     k = x.mid.size
     mid = float(x.mid @ y.mid)
     ax, ay = np.abs(x.mid), np.abs(y.mid)
@@ -117,7 +116,7 @@ def inner(x: Ball, y: Ball) -> tuple[float, float]:
 
 
 def squared_norm(x: Ball) -> tuple[float, float]:
-    """Enclose ||x||_2^2 as (lower, upper), both >= 0."""
+    """Enclose ||x||_2^2 as (lower, upper), both >= 0 (Lemma R9)."""
     k = x.mid.size
     mid = float(x.mid @ x.mid)
     rad = gamma(k + 1) * mid + 2.0 * float(np.abs(x.mid) @ x.rad) + float(x.rad @ x.rad)
@@ -128,7 +127,7 @@ def squared_norm(x: Ball) -> tuple[float, float]:
 
 
 def norm_bounds(x: Ball) -> tuple[float, float]:
-    """Enclose ||x||_2 as (lower, upper)."""
+    """Enclose ||x||_2 as (lower, upper) (Lemma R10)."""
     lower, upper = squared_norm(x)
     return max(0.0, down(math.sqrt(lower))), up(math.sqrt(upper)) if upper > 0.0 else 0.0
 
@@ -163,7 +162,7 @@ class Groups:
 
     @cached_property
     def rounding(self) -> Floats:
-        """`gamma` of one more than each size."""
+        """`gamma` of one more than each size (Lemma R1)."""
         k = self.sizes + 1.0
         return k * U / (1.0 - k * U) * (1.0 + 8 * U)
 
@@ -180,15 +179,16 @@ class Groups:
 
 
 def inner_by_group(x: Ball, y: Ball, groups: Groups) -> tuple[Floats, Floats]:
-    """Enclose the inner product of each group, as `inner` does, into (lower, upper)."""
+    """Enclose the inner product of each group, as `inner` does, into (lower, upper) (Lemma R11)."""
     products, k = x.mid * y.mid, groups.sizes
     mid, rad = groups.sums(products), groups.rounding * groups.sums(np.abs(products))
     if x.rad.any() or y.rad.any():
         ax, ay = np.abs(x.mid), np.abs(y.mid)
         rad = rad + groups.sums(ax * y.rad + x.rad * ay + x.rad * y.rad)
     charged = np.nextafter((rad + (k + 1.0) * UNDERFLOW) * (1.0 + 4 * (k + 12.0) * U), np.inf)
-    lower, upper = np.nextafter(mid - charged, -np.inf), np.nextafter(mid + charged, np.inf)
-    if not np.isfinite(charged).all():
+    high = mid + charged
+    lower, upper = np.nextafter(mid - charged, -np.inf), np.nextafter(high, np.inf)
+    if not np.isfinite(high).all():
         known = np.isfinite(mid) & np.isfinite(charged)
         lower, upper = np.where(known, lower, -np.inf), np.where(known, upper, np.inf)
     if not rad.all():
@@ -198,7 +198,7 @@ def inner_by_group(x: Ball, y: Ball, groups: Groups) -> tuple[Floats, Floats]:
 
 
 def norms_by_group(x: Ball, groups: Groups) -> tuple[Floats, Floats]:
-    """Enclose the 2-norm of each group into (lower, upper)."""
+    """Enclose the 2-norm of each group into (lower, upper) (Lemma R12)."""
     lower, upper = inner_by_group(x, x, groups)
     low, high = np.sqrt(np.maximum(lower, 0.0)), np.sqrt(np.maximum(upper, 0.0))
     return np.maximum(np.nextafter(low, -np.inf), 0.0), np.where(high > 0.0, np.nextafter(high, np.inf), 0.0)
@@ -210,13 +210,14 @@ def sum_bounds(*parts: tuple[float, float]) -> tuple[float, float]:
 
 
 def scaled_bounds(factor: tuple[float, float], value: tuple[float, float]) -> tuple[float, float]:
-    """Enclose the product of a factor >= 0 and a value >= 0, each given as (lower, upper); 0 * inf is 0."""
+    """Enclose the product of two numbers >= 0, each given as (lower, upper); 0 * inf is 0 (Lemma R16)."""
     low = factor[0] * value[0] if factor[0] and value[0] else 0.0
     high = factor[1] * value[1] if factor[1] and value[1] else 0.0
     return max(0.0, down(low)) if low else 0.0, up(high) if factor[1] and value[1] else 0.0
 
 
 def _around(mid: float, rad: float) -> tuple[float, float]:
+    """The interval mid - rad to mid + rad, rounded outwards (Lemma R13)."""
     if not (math.isfinite(mid) and math.isfinite(rad)):
         return -math.inf, math.inf
     if rad == 0.0:
@@ -225,6 +226,7 @@ def _around(mid: float, rad: float) -> tuple[float, float]:
 
 
 def _fold_up(values: list[float]) -> float:
+    """The sum, rounded up (Lemma R14)."""
     total = 0.0
     for value in values:
         if value:
@@ -233,6 +235,7 @@ def _fold_up(values: list[float]) -> float:
 
 
 def _fold_down(values: list[float]) -> float:
+    """The sum, rounded down (Lemma R15)."""
     total = 0.0
     for value in values:
         if value:
@@ -241,7 +244,7 @@ def _fold_down(values: list[float]) -> float:
 
 
 def smallest_singular_value(X: Matrix, entry_error: float = 0.0) -> float:
-    """A proved lower bound of sigma_min(X') for n <= d (0 where nothing can be proved).
+    """A proved lower bound of sigma_min(X') for n <= d (0 where nothing can be proved) (Lemma R18).
 
     Formula: sigma_min(X')^2 = lambda_min(X X'), whose rounding is at most gamma_d ||X||_F^2.
 
@@ -263,7 +266,7 @@ def smallest_singular_value(X: Matrix, entry_error: float = 0.0) -> float:
 
 
 def smallest_eigenvalue(G: Matrix, error: float) -> float:
-    """A proved lower bound of lambda_min(A), ||A - G||_2 <= error (0 where nothing can be proved).
+    """A proved lower bound of lambda_min(A), ||A - G||_2 <= error, or 0 (Lemma R17).
 
     Formula: G - c I has a Cholesky factor in floating point only if G >= (c - e) I, where
     e = 2 gamma_(n+1) trace(G) bounds all rounding (Rump 2006).

@@ -11,7 +11,7 @@ from convexperc.certificate.rounding import UNDERFLOW, U, up
 
 
 def view_weight_bound(data: NormalizedData, upper: float) -> float:
-    """Upper bound of ||w*||_1.
+    """Upper bound of ||w*||_1 (Lemma R36).
 
     Formula: at an optimum lambda2 ||w*||_1 <= min(F*, ||o||^2/2), and ||X'w*|| <= ||o||, so that
     ||w*||_1 <= sqrt(n) ||o|| / sigma_min(X').
@@ -40,6 +40,7 @@ def modality_weight_bound(data: NormalizedData, upper: float) -> float:
 
 
 def _by_lambda(data: NormalizedData, upper: float, weight: float) -> float:
+    """Upper bound of min(F*, ||o||^2/2) / lambda (Lemma R37)."""
     if weight == 0.0:
         return math.inf
     return up(min(upper, 0.5 * data.target_square[1]) / weight)
@@ -48,7 +49,7 @@ def _by_lambda(data: NormalizedData, upper: float, weight: float) -> float:
 def proved_zeros(
     data: NormalizedData, point: DualPoint, gap: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Find the views and modalities that no optimum uses.
+    """Find the views and modalities that no optimum uses (Lemma R38).
 
     Formula: the dual is strongly concave; ||a - a*||^2 + ||b - b*||^2 / lambda1 <= 4 gap at a feasible point,
 

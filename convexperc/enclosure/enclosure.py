@@ -12,6 +12,7 @@ from fractions import Fraction
 import flint
 import numpy as np
 
+from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.certificate import Certificate
 from convexperc.certificate.rationals import exact_optimum
 from convexperc.certificate.tolerances import ABSOLUTE, Tolerances
@@ -58,6 +59,8 @@ class Enclosure:
         Newton steps.
     exact : ExactPoint
         The point and the interval before rounding to float64.
+    method : str
+        How the interval was proved; or which assumption on the arithmetic fails, so that nothing is.
     """
 
     lower: float
@@ -69,6 +72,7 @@ class Enclosure:
     bits: int
     steps: int
     exact: ExactPoint = field(repr=False)
+    method: str
 
 
 def enclose(
@@ -115,6 +119,11 @@ def enclose(
         raise PrecisionError("bits", value=bits, must="must be an integer of at least 53")
     known = _Known.of(problem, start)
     tolerances = Tolerances(relative_tolerance, absolute_tolerance)
+    broken = broken_assumption()
+    if broken:  # floats become balls, and balls floats, by way of this arithmetic
+        nothing = np.zeros(problem.n), np.zeros(problem.d)
+        unknown = (math.inf,) * 3
+        return Enclosure(0.0, *unknown, *nothing, bits, 0, ExactPoint.zero(problem.n, problem.m), broken)
     best = _in_one_precision(known, bits, tolerances)
     for more in BITS:
         if best.steps and tolerances.met_by_shares(best.relative_width, best.share_of_target):
@@ -171,7 +180,8 @@ def _in_one_precision(known: _Known, bits: int, tolerances: Tolerances) -> Enclo
         unit = flint.arb(2) ** (2 * scaling.o)
         ends = _down(interval.lower * unit), float_above(interval.upper * unit)
         exact = ExactPoint.of(interval, scaling)
-        return Enclosure(*ends, interval.relative, interval.share, *point, bits, interval.steps, exact)
+        widths = interval.relative, interval.share
+        return Enclosure(*ends, *widths, *point, bits, interval.steps, exact, f"ball arithmetic, {bits} bits")
 
 
 def _float_answer(
@@ -231,6 +241,9 @@ def certify_in_balls(
     Certificate
         Of that point.
     """
+    broken = broken_assumption()
+    if broken:
+        return Certificate.of_nothing(problem, certificate.tolerances, broken)
     w, u = (found.w, found.u) if point is None else point
     lower, upper = max(found.lower, certificate.lower), min(found.upper, certificate.upper)
     with precision(2 * found.bits):
@@ -252,5 +265,5 @@ def certify_in_balls(
         share_of_target=share,
         terms=None,
         dual=None,
-        method=f"ball arithmetic, {found.bits} bits",
+        method=found.method,
     )

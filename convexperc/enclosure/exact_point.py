@@ -15,6 +15,9 @@ from convexperc.problem.arrays import Vector
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
 
+LARGEST_SQUARE = Fraction(2) ** 2112
+"""More than ||o||^2 of any o in float64: 2^64 entries below 2^1024."""
+
 
 @dataclass(frozen=True)
 class ExactPoint:
@@ -39,6 +42,13 @@ class ExactPoint:
     value: Fraction
     lower: Fraction
     upper: Fraction
+
+    @classmethod
+    def zero(cls, n: int, m: int) -> "ExactPoint":
+        """w = u = 0, with bounds that hold of any float64 data."""
+        nothing = Fraction(0)
+        ends = LARGEST_SQUARE, nothing, LARGEST_SQUARE
+        return cls((nothing,) * n, (nothing,) * m, (nothing,) * n, *ends)
 
     @classmethod
     def of(cls, interval: Interval, scaling: Scaling) -> "ExactPoint":

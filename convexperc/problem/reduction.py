@@ -49,7 +49,7 @@ class Reduction:
 
     @classmethod
     def of(cls, X: Matrix, modalities: Modalities) -> "Reduction":
-        """One pass over X: m Gram matrices, O(n^2 d)."""
+        """One pass over X: m Gram matrices, O(n^2 d) (Lemma R24)."""
         n, d = X.shape
         K = np.empty((len(modalities), n, n))
         for gram, columns in zip(K, modalities, strict=True):

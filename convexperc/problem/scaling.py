@@ -116,7 +116,7 @@ class Scaling:
 
 
 def _shifted(value: float, exponent: int) -> Bounds:
-    """Value * 2^exponent, value >= 0, as (lower, upper) floats."""
+    """Value * 2^exponent, value >= 0, as (lower, upper) floats (Lemma R19)."""
     try:
         moved = math.ldexp(value, exponent)
     except OverflowError:

@@ -40,7 +40,7 @@ class Decision(Enum):
 
 
 def costs(decision: Decision, optima: Intervals, squares: Intervals) -> Intervals:
-    """Bound what is compared, the lowest being best: F*_j, or F*_j / ||o_j||^2.
+    """Bound what is compared, the lowest being best: F*_j, or F*_j / ||o_j||^2 (Lemma R53).
 
     Parameters
     ----------

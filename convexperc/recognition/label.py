@@ -6,6 +6,7 @@ from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
+from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.lambda_max import zero_is_optimal
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
@@ -272,7 +273,10 @@ def decide(
     rivals = (lower <= upper.min()).nonzero()[0]
     rivals = rivals[np.argsort(upper[rivals], kind="stable")]
     candidates = tuple(names[j] for j in rivals)
-    warnings = _norm_warning(answers, names) if decision is Decision.OBJECTIVE else ()
+    broken = broken_assumption()
+    warnings: tuple[str, ...] = (broken,) if broken else ()
+    if decision is Decision.OBJECTIVE and not broken:
+        warnings = _norm_warning(answers, names)
 
     def verdict(kind: Verdict, reason: str) -> Recognition:
         label = candidates[0] if kind is Verdict.PROVED else None

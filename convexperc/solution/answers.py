@@ -154,7 +154,8 @@ class Answers:
     @cached_property
     def enclosed(self) -> Bool[np.ndarray, " p"]:
         """Whether [lower, upper] is as narrow as the tolerances ask, whatever the point is."""
-        narrow = self.tolerances.met(self.upper - self.lower, self.lower, self.bounds.squares[0])
+        width = np.where(self.upper > self.lower, np.nextafter(self.upper - self.lower, np.inf), 0.0)
+        narrow = self.tolerances.met(width, self.lower, self.bounds.squares[0])
         found = np.asarray(self.certified | narrow)
         return completed(found, self.singles, lambda single: single.certificate.enclosed)
 

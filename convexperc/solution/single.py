@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.certificate import Certificate, Certifier
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.enclosure import certify_in_balls, enclose, finite_start
@@ -130,7 +131,7 @@ def certified(
     """
     began = time.perf_counter()
     answer = _best(Certifier.of(problem, scaling, tolerances=tolerances), result)
-    if escalate and not answer.certificate.certified:
+    if escalate and not answer.certificate.certified and not broken_assumption():
         solver, answer = f"{solver}, then ball arithmetic", _escalate(problem, answer)
     w, u = answer.w, answer.u
     w.flags.writeable = u.flags.writeable = False
@@ -144,6 +145,8 @@ def _best(certifier: Certifier, result: SolverResult) -> _Answer:
     w, u = scaling.point_back(result.w, result.u)
     dual = None if result.dual is None else scaling.dual_back(*result.dual)
     best = _Answer(w, u, certifier.certificate(w, u, dual=dual))
+    if broken_assumption():  # nothing can be said for another point
+        return best
     hint = _residual_dual(problem, w, u) if dual is None else dual
 
     def answer(w: Vector, u: FeatureVector) -> _Answer:

@@ -36,6 +36,7 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.enclosure.balls import (
     ExactData,
     Number,
@@ -130,6 +131,11 @@ def weight_intervals(solution: Solution, enclosure: Enclosure | None = None) -> 
     problem = solution.problem
     if enclosure is not None and (len(enclosure.exact.w), len(enclosure.exact.t)) != (problem.n, problem.m):
         raise PointError("enclosure", value=enclosure, must="must be that of the solution's problem")
+    broken = broken_assumption()
+    if broken:
+        return WeightIntervals(
+            _unknown(problem.n, -math.inf, broken), _unknown(problem.m, 0.0, broken), math.inf
+        )
     first, data = BITS[0] if enclosure is None else max(BITS[0], enclosure.bits), ExactData.of(problem)
     for bits in (first, *(more for more in BITS if more > first)):
         with precision(bits):
@@ -180,6 +186,12 @@ class _Balls:
         lower = [least if v is None else max(least, float_below(v)) for v in values]
         upper = [math.inf if v is None else float_above(v) for v in values]
         return Intervals(np.array(lower), np.array(upper), known, "" if known.all() else self.reason)
+
+
+def _unknown(count: int, least: float, reason: str) -> Intervals:
+    """Intervals of which nothing is known."""
+    undetermined = np.zeros(count, dtype=bool)
+    return Intervals(np.full(count, least), np.full(count, math.inf), undetermined, reason)
 
 
 def _solved(solution: Solution, reduced: ReducedBalls) -> _Point:
