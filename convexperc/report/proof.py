@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.enclosure.witness import Data, witnesses
-from convexperc.errors import ProblemError
+from convexperc.errors import ConvexpercError, ProblemError
 from convexperc.problem.files import problem_record
 from convexperc.problem.problem import Problem
 from convexperc.solution.solution import Solution
@@ -43,7 +44,13 @@ def proof_record(solution: Solution) -> dict[str, Any]:
     ------
     ProblemError
         F* may exceed the largest float64, so that its upper bound cannot be written.
+    ConvexpercError
+        The arithmetic of this thread is not what bounds assume, see docs/rounding.md.
     """
+    if reason := broken_assumption():
+        must = "must round to nearest and keep subnormal numbers"
+        remedy = "Undo what another library set, or prove in another process."
+        raise ConvexpercError("floating-point arithmetic", value=reason, must=must, remedy=remedy)
     problem, data = solution.problem, Data.of(solution.problem)
     best = witnesses(data, (solution.w, solution.u), solution.certificate)
     (high, w, u), (low, a, b) = best.primal, best.dual

@@ -27,9 +27,13 @@ from convexperc.certificate import arithmetic
 from convexperc.certificate.arithmetic import FLUSHING, ROUNDING, SCHEME, THREADS, broken_assumption
 from convexperc.certificate.lambda_max import zero_is_optimal
 from convexperc.cli.main import app
+from convexperc.errors import ConvexpercError
 from convexperc.recognition import Verdict
+from convexperc.report import proof
+from convexperc.report.proof import proof_record
 from convexperc.solution.solution import Status
 from convexperc.solvers.newton.method import Newton
+from verification.proof_checker import check
 
 SMALL = 1e-155
 PROBLEM = Problem([[1.0]], [SMALL], lambda1=1.0, lambda2=0.0, lambda3=2 * SMALL)
@@ -105,6 +109,19 @@ def test_many_answers_and_a_label_prove_nothing_and_say_so(name: str) -> None:
         assert says(each.warnings[0], name)
     assert solve_many(np.eye(2), O, **LARGE).certified.all()
     assert recognize(np.eye(2), O, **LARGE).warnings == ()
+
+
+def test_no_proof_file_is_written_and_a_spoilt_one_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+    answer = solve(PROBLEM)
+    with environment("both, as -ffast-math does"):
+        with pytest.raises(ConvexpercError, match="must round to nearest and keep subnormal numbers"):
+            proof_record(answer)
+        monkeypatch.setattr(proof, "broken_assumption", lambda: "")
+        spoilt = json.dumps(proof_record(answer))
+        refused = check(spoilt)
+    assert not refused.proved
+    assert refused == check(spoilt), "the checker computes in integers, under any setting"
+    assert check(json.dumps(proof_record(answer))).proved
 
 
 def test_a_setting_that_comes_with_the_solver_is_noticed_before_the_proof() -> None:
