@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import NamedTuple
 
 from verification.ledger.claims import CAUSES, Cause, Role, Subject, Voice
@@ -112,8 +113,14 @@ def _limit(claim: JudgedClaim, before: JudgedClaim | None) -> str:
             data = _data(found)
             changed = [each for each in data if each not in known]
             other = f"With {', '.join(changed)} instead" if 0 < len(changed) < len(data) else "On another one"
-            return f"{other}, it settles at F = {end}, although F* = {least}."
+            return f"{other}, it settles at F = {_also_decimal(end)}, although F* = {least}."
     return "It can settle at a value above F*."
+
+
+def _also_decimal(number: str) -> str:
+    """A fraction, and its decimals if these are few and exact."""
+    decimals = f"{float(Fraction(number)):g}"
+    return f"{number} = {decimals}" if "/" in number and Fraction(decimals) == Fraction(number) else number
 
 
 def _data(found: Refutation) -> list[str]:

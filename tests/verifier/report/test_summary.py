@@ -46,7 +46,7 @@ def held(*parts: str) -> dict[str, object]:
 def test_the_theorem_is_called_false_where_a_counterexample_says_so() -> None:
     text = first(told(arguments=ALL_PROVED))
     assert "As printed, this is false. On a counterexample, iteration 1 raises F from 4 to 9." in text
-    assert "On another one, it settles at F = 13/16, although F* = 3/4." in text
+    assert "On another one, it settles at F = 13/16 = 0.8125, although F* = 3/4." in text
     assert "F never rises. Its values then tend to F* provided that lambda1, lambda2, lambda3 > 0" in text
 
 

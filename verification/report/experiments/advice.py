@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 
 from verification.experiments.design import NOTHING
+from verification.ledger.claims import PARTS
 from verification.report.experiments.flips import FACTORS
 from verification.report.experiments.tables import pair, percent
 from verification.report.experiments.weights import MODALITIES
 
 Data = Mapping[str, Any]
 ONE_VIEW = (
-    "With one view and references of equal length the label is that of the largest |x'o|, whatever the"
-    " lambdas are: F*_j = ||o_j||^2 - psi(|x'o_j|) with one psi for all, which never falls. So at n = 1 the"
-    " lambdas gain nothing in such a configuration."
+    f"It is proved (R1/one_view) that {PARTS['R1/one_view'].statement}. So at n = 1 the lambdas gain nothing"
+    " in such a configuration."
 )
 LIBRARY_LAMBDAS = (1.0, 0.1)
 """(lambda2, lambda3) that `convexperc recognize` takes unless told otherwise."""
