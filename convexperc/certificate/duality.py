@@ -130,7 +130,7 @@ def _value_parts(data: NormalizedData, a: FeatureVector, b: Ball) -> tuple[Bound
     elif data.lambda1[0] == 0.0:
         quadratic = (a_part[0], math.inf)
     else:
-        quadratic = sum_bounds(a_part, (b_part[0] / data.lambda1[1], b_part[1] / data.lambda1[0]))
+        quadratic = sum_bounds(a_part, (b_part[0] / data.lambda1[1], up(b_part[1] / data.lambda1[0])))
     quarters = max(0.0, down(0.25 * quadratic[0])), up(0.25 * quadratic[1]) if quadratic[1] else 0.0
     return (-high, -low), quarters
 

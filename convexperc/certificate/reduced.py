@@ -210,11 +210,14 @@ def bound_reduced(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
 @no_type_check
 @njit(cache=True)
 def in_range(lambdas, w, t, q):
-    """Whether every number is 0, or far from overflow and underflow (Lemma R50)."""
+    """Whether t >= 0, and every number is 0 or far from overflow and underflow (Lemma R50)."""
     for k in range(3):
         if not (1.0 / LARGEST_NUMBER <= lambdas[k] <= LARGEST_NUMBER or lambdas[k] == 0.0):
             return False
-    for x in (w, t, q):
+    for i in range(t.size):
+        if not 0.0 <= t[i] <= LARGEST_NUMBER:
+            return False
+    for x in (w, q):
         for k in range(x.size):
             if not abs(x[k]) <= LARGEST_NUMBER:
                 return False

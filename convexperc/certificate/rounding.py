@@ -269,7 +269,7 @@ def smallest_eigenvalue(G: Matrix, error: float) -> float:
     """A proved lower bound of lambda_min(A), ||A - G||_2 <= error, or 0 (Lemma R17).
 
     Formula: G - c I has a Cholesky factor in floating point only if G >= (c - e) I, where
-    e = 2 gamma_(n+1) trace(G) bounds all rounding (Rump 2006).
+    e = 2 gamma_(n+3) trace(G) bounds all rounding (Rump 2006).
 
     Parameters
     ----------

@@ -9,14 +9,15 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from convexperc.certificate.data_bounds import Intervals
+from convexperc.certificate.rounding import Ball, squared_norm
 from convexperc.errors import TemplateNameError
 from convexperc.problem.arrays import FeatureVector, Vector, euclidean_length
 from convexperc.recognition.decision import Decision, costs
 from convexperc.solution.answers import Answers
 from convexperc.solution.solution import Solution, Status
 
-SMALLEST_SQUARED, SQUARE_ERROR = 1e-140, 2.0**-30
-"""Lengths below this, or above its inverse, are not squared; relative error charged to those that are."""
+SMALLEST_SQUARED = 1e-140
+"""Lengths below this, or above its inverse, are not squared."""
 
 
 class Verdict(Enum):
@@ -206,5 +207,5 @@ def cost_bounds(answers: Answers, decision: Decision) -> Intervals:
         for j in (~data.sound).nonzero()[0].tolist():
             length = euclidean_length(data.library.template(j))
             if length == 0.0 or SMALLEST_SQUARED < length < 1.0 / SMALLEST_SQUARED:
-                least[j], most[j] = length**2 * (1.0 - SQUARE_ERROR), length**2 * (1.0 + SQUARE_ERROR)
+                least[j], most[j] = squared_norm(Ball.exact(data.library.template(j)))
     return costs(decision, (answers.lower, answers.upper), (least, most))

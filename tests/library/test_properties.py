@@ -132,6 +132,7 @@ def test_the_order_of_robots_and_modalities_does_not_matter(problem: Problem, da
 
 @settings(max_examples=20)
 @given(problem=NORMAL, x=st.integers(-60, 60), t=st.integers(-60, 60))
+@example(problem=Problem([[0.0]], [0.5], lambda1=1.0, lambda2=1.0, lambda3=1.0), x=28, t=0)
 def test_powers_of_two_change_nothing_but_the_units(problem: Problem, x: int, t: int) -> None:
     one, two, three = problem.lambdas
     scaled = Problem(

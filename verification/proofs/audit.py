@@ -87,7 +87,7 @@ def locking() -> tuple[Step, ...]:
         ),
         real(
             "lock-view",
-            "with w_2 held at 0, F does not fall below the value where it ends",
+            "with w_2 held at 0, F does not fall below 7/8",
             ["x == 0"],
             f"{VIEWS} >= 7/8",
             w="w_1",
@@ -118,7 +118,7 @@ def locking() -> tuple[Step, ...]:
         ),
         real(
             "lock-modality",
-            "with u_2 held at 0, F does not fall below the value where it ends",
+            "with u_2 held at 0, F does not fall below 31/20",
             ["y == 0"],
             f"{MODALITIES} >= 31/20",
             w="the weight of the view",

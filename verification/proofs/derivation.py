@@ -72,7 +72,10 @@ def lemma() -> Argument:
 
 def lemma_elementwise() -> Argument:
     """L2/elementwise."""
-    conclusion = "sum_j (|t_j| - t_j^2/(2|v_j|)) <= ||v||_1/2: the inequality of each entry, summed over j."
+    conclusion = (
+        "sum_j (|t_j| - t_j^2/(2|v_j|)) <= ||v||_1/2 where no v_j is 0: the inequality of each entry, summed"
+        " over j."
+    )
     return Argument("L2/elementwise", conclusion, "", (*majorise_view(), *joints("sums")))
 
 

@@ -29,8 +29,8 @@ def limit() -> Argument:
     """T1c/limit; the Jacobi rows are checked along."""
     steps = (*both_falls(), *vanishing(), *rows(), *stationary(), *settling(), *optimal())
     conclusion = (
-        "F(i) -> F*, and w(i) and Xu(i) converge, in both orders, from every start whose iterates have no"
-        " entry of w and no block of u that is exactly 0."
+        "For lambda1, lambda2, lambda3 > 0, F(i) -> F*, and w(i) and Xu(i) converge, in both orders, from"
+        " every start whose iterates have no entry of w and no block of u that is exactly 0."
     )
     return Argument("T1c/limit", conclusion, "", steps)
 

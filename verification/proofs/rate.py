@@ -6,7 +6,7 @@ from verification.proofs.checkers.polynomials import identity
 from verification.proofs.checkers.reals import real
 from verification.proofs.descent import both_falls
 from verification.proofs.example import example
-from verification.proofs.limit import rows, unique, vanishing
+from verification.proofs.limit import optimal, rows, settling, stationary, vanishing
 from verification.proofs.norms import cauchy_schwarz, quadratic_part
 from verification.proofs.unchecked import cited, joints
 
@@ -23,8 +23,8 @@ CONDITION = (
 def arguments() -> tuple[Argument, ...]:
     """T1c/rate."""
     steps = (
-        *(*both_falls(), *vanishing(), *rows(), *unique(), *growth(), *subgradient()),
-        *(*contraction(), *example()),
+        *(*both_falls(), *vanishing(), *rows(), *stationary(), *settling(), *optimal()),
+        *(*growth(), *subgradient(), *contraction(), *example()),
     )
     conclusion = (
         "There is q < 1 with F(i+1) - F* <= q (F(i) - F*) from some i on, in both orders. Without strictness"

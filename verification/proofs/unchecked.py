@@ -65,7 +65,11 @@ JOINTS: dict[str, tuple[str, str]] = {
     "zero-lambdas": ("2.2", "the remark on lambdas that are 0; no verdict rests on it"),
     "locked": ("2.2", "the remark on entries and blocks that are locked at 0; no verdict rests on it"),
     # section 2.3
-    "optima": ("2.3", "limit-unique over the whole space: all optima have the same residuals, v and g"),
+    "optima": (
+        "2.3",
+        "limit-unique over the whole space: all optima have the same residuals, v and g; F, expanded around"
+        " one, is the same at another, so that every bracket of the other is 0",
+    ),
     "polyhedron": (
         "2.3",
         "Z* is the polyhedron of the points whose entries and blocks lie on their rays and whose residuals"

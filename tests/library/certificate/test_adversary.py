@@ -457,6 +457,9 @@ def test_no_bound_is_broken(attack: Attack) -> None:
     assert worst(attack) <= 0
 
 
+QUOTIENT = "b_part[1] / data.lambda1[0]"
+BETWEEN = "))\n    quarters = max(0.0, down(0.25 * quadratic[0])), "
+"""Of two steps upwards the second is there for underflow, which this arithmetic does not have."""
 FAULTS: tuple[tuple[Attack, str, str], ...] = (
     (magnitude, "rounding.self.rad) * (1.0 + 4 * U)", "self.rad) * (1.0 + 2 * U)"),
     (plus, "rounding.(1.0 + 8 * U)", "(1.0 + 4 * U)"),
@@ -496,7 +499,11 @@ FAULTS: tuple[tuple[Attack, str, str], ...] = (
     (dual_value, "duality.down(square[1]", "(square[1]"),
     (dual_value, "duality.return down(low)", "return low"),
     (dual_value, "duality.up(high)", "high"),
-    (value_parts, "duality.up(0.25 * quadratic[1])", "0.25 * quadratic[1]"),
+    (
+        value_parts,
+        f"duality.up({QUOTIENT}){BETWEEN}up(0.25 * quadratic[1])",
+        f"{QUOTIENT}{BETWEEN}0.25 * quadratic[1]",
+    ),
     (value_parts, "duality.down(0.25 * quadratic[0])", "0.25 * quadratic[0]"),
     (feasible, "duality.up(s * norm)", "s * norm"),
     (feasible, "duality.up(reached - limit)", "reached - limit"),

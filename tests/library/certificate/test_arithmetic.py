@@ -212,6 +212,10 @@ def test_a_scheme_like_strassens_is_noticed_where_matrices_are_large(monkeypatch
     assert np.allclose(strassen(A, A), A @ A)
     monkeypatch.setattr(arithmetic.np, "matmul", strassen)
     assert not arithmetic._blas_is_classical.__wrapped__()
+    monkeypatch.setattr(
+        arithmetic.np, "matmul", lambda A, B: strassen(A, B) if np.shares_memory(A, B) else A @ B
+    )
+    assert not arithmetic._blas_is_classical.__wrapped__(), "a matrix and its own transpose"
     monkeypatch.setattr(arithmetic, "_blas_is_classical", lambda: False)
     assert broken_assumption() == ""
     assert broken_assumption(arithmetic.MANY) == f"nothing is proved: {SCHEME}"
