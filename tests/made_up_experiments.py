@@ -21,7 +21,7 @@ FACTORS = {
     "hog": ["16-pixel cells", "8-pixel cells"],
     "lbp": ["P = 24, R = 3", "P = 8, R = 1"],
     "size": ["128 x 128", "64 x 64"],
-    "background": ["with", "without"],
+    "background": ["kept", "cut away"],
 }
 DESIGN = {
     "seed": 0,
@@ -94,8 +94,10 @@ def written(path, record):
 
 
 def combinations(number):
-    """That many readings; the first is the default."""
-    every = list(product(*FACTORS.values()))
+    """That many readings that keep the background; the first is the default."""
+    every = list(
+        product(*(levels[:1] if name == "background" else levels for name, levels in FACTORS.items()))
+    )
     return [dict(zip(FACTORS, every[at * STEP % len(every)], strict=True)) for at in range(number)]
 
 
@@ -198,6 +200,7 @@ def _tally(key, readings):
     return {
         "verdict": _verdict(counts, figure=PARTS[key].rule.figure),
         "counts": counts,
+        "undefined": 0,
         "agreeing": counts[0],
         "factors": by_level(key, readings),
     }
@@ -210,7 +213,7 @@ def _verdict(counts, *, figure):
     if opposite >= 0.95:
         return "not reproduced" if figure else "opposite found"
     if reproduced > 0.05:
-        return "depends on"
+        return "depends on" if flat + opposite > 0.05 else "reproduced where decided"
     return "not reproduced" if flat + opposite > 0.5 else "inconclusive"
 
 

@@ -206,9 +206,10 @@ def test_the_page_of_the_experiments_has_the_counts_of_the_record():
     assert set(rows) == {each.part for each in found.surveys}
     for each in found.surveys:
         cells = [cell.strip() for cell in rows[each.part].split("|")]
-        verdict, counts = cells[:2] if each.pictures == DECIDING else cells[2:]
+        verdict, counts, agreeing = cells[:3] if each.pictures == DECIDING else cells[3:]
         judged = survey_judgement(each)
         assert counts == ", ".join(map(str, each.tally)), each.part
+        assert agreeing == str(each.agreeing), each.part
         assert verdict == f"{judged.verdict.value} {judged.condition.partition(':')[0]}".strip(), each.part
 
 

@@ -14,7 +14,7 @@ NOTHING, VIEWS_ALONE, FEATURES_ALONE, BOTH = (0.0, 0.0), (0.1, 0.0), (0.0, 0.1),
 SETTINGS: tuple[Pair, ...] = (NOTHING, VIEWS_ALONE, FEATURES_ALONE, BOTH)
 """The four settings whose accuracies the paper plots against the number of views."""
 GRID = (0.0, 0.01, 0.1, 1.0, 10.0)
-"""Values of lambda2 and of lambda3: those that the paper's discussion names, and 0.01."""
+"""Values of lambda2 and of lambda3: those that the paper's discussion names (of lambda3 not 1), and 0.01."""
 GRID_COUNT = 3
 """Views of the first of the two subsets on which the grid is tried; the second has all."""
 VIEWS = 6

@@ -19,9 +19,9 @@ class Verdict(StrEnum):
     ``supported``: tested on the stated number of cases without a failure; ``refuted``: a counterexample is
     stored and was confirmed in exact arithmetic; ``inconclusive``: none of these; ``not testable here``.
 
-    Of the experiments, whose data are not the paper's: ``reproduced``, ``not reproduced``, ``opposite
-    found``, ``depends on``, with the factor that decides, or ``inconclusive``, by the rule in
-    `verification.ledger.rules` from the configurations of a stored record. None of them refutes.
+    Of the experiments, whose data are not the paper's: ``reproduced``, ``reproduced where decided``, ``not
+    reproduced``, ``opposite found``, ``depends on``, with the factor that decides, or ``inconclusive``, by
+    the rule in `verification.ledger.rules` from the configurations of a stored record. None of them refutes.
     """
 
     HOLDS = "holds"
@@ -31,6 +31,7 @@ class Verdict(StrEnum):
     INCONCLUSIVE = "inconclusive"
     NOT_TESTABLE = "not testable here"
     REPRODUCED = "reproduced"
+    WHERE_DECIDED = "reproduced where decided"
     NOT_REPRODUCED = "not reproduced"
     OPPOSITE = "opposite found"
     DEPENDS = "depends on"

@@ -3,7 +3,7 @@
 The words and the numbers stand in `ledger.toml`, which also says what had been seen when they were fixed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -110,6 +110,8 @@ class Protocol:
     seen, trials, score, unit, interval : str
     reproduced, opposite, no_effect, open : str
     sensitivity, configurations : str
+    stated : mapping of str to str
+        Level of a factor that the paper states: configurations with another level do not count.
     resamples : int
         Of the bootstrap.
     confidence : float
@@ -134,6 +136,7 @@ class Protocol:
     open: str
     sensitivity: str
     configurations: str
+    stated: Mapping[str, str]
     resamples: int
     confidence: float
     deciding_share: float
@@ -154,19 +157,26 @@ class Protocol:
         figure : bool
             Whether the part states a figure.
         """
+        if not tally.total:
+            return Verdict.NOT_TESTABLE
         needed = self.deciding_share * tally.total
         if tally.reproduced >= needed:
             return Verdict.REPRODUCED
         if tally.opposite >= needed:
             return Verdict.NOT_REPRODUCED if figure else Verdict.OPPOSITE
+        contradicted = tally.opposite + tally.no_effect
         if tally.total - tally.reproduced < needed:
-            return Verdict.DEPENDS
-        contradicted = tally.opposite + tally.no_effect > self.contradicted_share * tally.total
-        return Verdict.NOT_REPRODUCED if contradicted else Verdict.INCONCLUSIVE
+            return Verdict.DEPENDS if tally.total - contradicted < needed else Verdict.WHERE_DECIDED
+        decided = contradicted > self.contradicted_share * tally.total
+        return Verdict.NOT_REPRODUCED if decided else Verdict.INCONCLUSIVE
+
+    def widest(self, levels: Levels) -> Spread | None:
+        """Of the factors that the paper leaves open, the one whose levels differ most."""
+        return Spread.widest({name: each for name, each in levels.items() if name not in self.stated})
 
     def deciding_factor(self, levels: Levels) -> str:
         """Name what an outcome depends on: a factor with its extreme levels, or that there is no such one."""
-        spread = Spread.widest(levels)
+        spread = self.widest(levels)
         if spread is None or spread.size < self.deciding_spread:
             return NO_FACTOR
         return f"{spread.factor}: {spread.told}"

@@ -53,6 +53,11 @@ class Tally(NamedTuple):
         return f"of {self.total} configurations: {rest}"
 
 
+def told_counts(tally: Tally, undefined: int) -> str:
+    """Configurations by their outcome, in words, and those in which the statistic is undefined."""
+    return tally.told + (f", and undefined in {undefined} more" if undefined else "")
+
+
 Levels = Mapping[str, Mapping[str, Tally]]
 """Configurations by factor and level."""
 
@@ -146,6 +151,8 @@ class Survey:
         The name of the set, "simulation" or "photographs".
     tally : Tally
         Configurations by their outcome.
+    undefined : int
+        Further configurations, in which no scene defines the statistic.
     agreeing : int
         Configurations in which the mean of every comparison is above 0, whatever its interval.
     default : Comparison
@@ -161,6 +168,7 @@ class Survey:
     part: str
     pictures: str
     tally: Tally
+    undefined: int
     agreeing: int
     default: Comparison
     levels: dict[str, dict[str, Tally]]
@@ -169,10 +177,15 @@ class Survey:
     command: str
 
     def __post_init__(self) -> None:
-        if min(self.tally) < 0 or not 0 <= self.agreeing <= self.tally.total or self.tally.total == 0:
-            counts = (*self.tally, self.agreeing)
+        counts = (*self.tally, self.undefined, self.agreeing)
+        if min(counts) < 0 or self.agreeing > self.tally.total or self.tally.total + self.undefined == 0:
             must = "must be counts of configurations, and at least one configuration"
             raise InputError(f"configurations of {self.part}", value=counts, must=must)
+
+    @property
+    def told(self) -> str:
+        """The counts in words."""
+        return told_counts(self.tally, self.undefined)
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> "Survey":

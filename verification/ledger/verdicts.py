@@ -37,6 +37,7 @@ WEAKEST_SURVEY_FIRST = (
     Verdict.NOT_REPRODUCED,
     Verdict.INCONCLUSIVE,
     Verdict.DEPENDS,
+    Verdict.WHERE_DECIDED,
     Verdict.REPRODUCED,
 )
 """The same of a claim about the experiments."""
@@ -161,7 +162,7 @@ def survey_judgement(survey: Survey) -> Judgement:
     rule = PARTS[survey.part].rule
     verdict = PROTOCOL.verdict(survey.tally, figure=rule is not None and rule.figure)
     condition = PROTOCOL.deciding_factor(survey.levels) if verdict is Verdict.DEPENDS else ""
-    return Judgement(verdict, f"{survey.pictures}, {survey.tally.told}", condition)
+    return Judgement(verdict, f"{survey.pictures}, {survey.told}", condition)
 
 
 def judge_surveys(part: Part, surveys: Sequence[Survey]) -> Judgement:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final, Literal
 from verification.ledger.baseline import Assessment
 from verification.ledger.claims import Claim, Part, Voice
 from verification.ledger.evidence import Argument, Count, Refutation, Verdict
-from verification.ledger.surveys import DECIDING, Comparison, Survey, Tally
+from verification.ledger.surveys import DECIDING, Comparison, Survey, Tally, told_counts
 from verification.ledger.verdicts import survey_judgement
 from verification.provenance import record_digest
 from verification.report.plain import plain
@@ -80,6 +80,7 @@ class SurveyCounts:
     no_effect: Whole
     opposite: Whole
     open: Whole
+    undefined: Whole
     agreeing: Whole
     configurations: Whole
     default: Comparison
@@ -90,13 +91,14 @@ class SurveyCounts:
     def of(cls, survey: Survey) -> "SurveyCounts":
         """Leave out the levels of each factor and the origin, which the section on the experiments shows."""
         found = survey_judgement(survey)
-        counts = (*survey.tally, survey.agreeing, survey.tally.total)
+        counts = (*survey.tally, survey.undefined, survey.agreeing, survey.tally.total)
         return cls(survey.pictures, *counts, survey.default, found.verdict, found.condition)
 
     @property
     def told(self) -> str:
         """The counts in words."""
-        return Tally(self.reproduced, self.no_effect, self.opposite, self.open).told
+        tally = Tally(self.reproduced, self.no_effect, self.opposite, self.open)
+        return told_counts(tally, self.undefined)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,7 @@ WRONG_LIMIT = re.compile(r"F\* = (\S+); F = (\S+) at the fixed point")
 SMALLEST = "the smallest in whole numbers"
 """What the size of a record says if an exhaustive search found nothing smaller."""
 PROVED = (Verdict.HOLDS, Verdict.HOLDS_UNDER)
-RIGHT = (*PROVED, Verdict.SUPPORTED, Verdict.REPRODUCED)
+RIGHT = (*PROVED, Verdict.SUPPORTED, Verdict.REPRODUCED, Verdict.WHERE_DECIDED)
 """Verdicts in favour of a claim."""
 DESCENT = ("T1c/descent/gauss_seidel", "T1c/descent/jacobi")
 LIMIT = "T1c/limit"
@@ -25,6 +25,7 @@ LOOP = ("D1", "D2", "T1a", "T1b", "L2", "A2")
 """The claims about the weights D^w and D^u of the loop, and about the proof that uses them."""
 IN_WORDS = {
     Verdict.REPRODUCED: ("is reproduced", "are reproduced"),
+    Verdict.WHERE_DECIDED: ("is reproduced where the data decide", "are reproduced where the data decide"),
     Verdict.DEPENDS: (
         "depends on a choice that the paper leaves open",
         "depend on a choice that the paper leaves open",

@@ -83,6 +83,7 @@ def _experiments(report: Report) -> Basis | None:
     )
     kinds = (
         Verdict.REPRODUCED,
+        Verdict.WHERE_DECIDED,
         Verdict.DEPENDS,
         Verdict.NOT_REPRODUCED,
         Verdict.OPPOSITE,

@@ -54,8 +54,10 @@ VERDICTS = {
     Verdict.NOT_TESTABLE: "It could not be judged, for the reason that is given.",
     Verdict.REPRODUCED: "For an experiment, on data other than the paper's: found in at least 95 % of the"
     " configurations.",
-    Verdict.DEPENDS: "For an experiment: found in some configurations and not in others. The condition"
-    " names the choice that matters most, if there is one.",
+    Verdict.WHERE_DECIDED: "For an experiment: found in more than 5 % of the configurations, while at most 5 %"
+    " show no effect or the opposite; the data leave the others open.",
+    Verdict.DEPENDS: "For an experiment: found in more than 5 % of the configurations, while more than 5 %"
+    " show no effect or the opposite. The condition names the choice that matters most, if there is one.",
     Verdict.NOT_REPRODUCED: "For an experiment: found in at most 5 % of the configurations, while more than"
     " half show no effect or the opposite. It may still be true of the paper's data.",
     Verdict.OPPOSITE: "For an experiment: in at least 95 % of the configurations the opposite was found, of a"
@@ -70,6 +72,7 @@ TONES = {
     Verdict.INCONCLUSIVE: "open",
     Verdict.NOT_TESTABLE: "untested",
     Verdict.REPRODUCED: "supported",
+    Verdict.WHERE_DECIDED: "supported",
     Verdict.DEPENDS: "open",
     Verdict.NOT_REPRODUCED: "untested",
     Verdict.OPPOSITE: "refuted",

@@ -204,7 +204,7 @@ def test_with_shuffled_labels_nothing_is_recognised(cache: Path, tmp_path: Path)
     assert np.mean(configuration["accuracy"]) == pytest.approx(right, abs=0.05), (
         "as often right as the shuffle is"
     )
-    assert configuration["claims"]["X2/stated"]["outcome"] == "no effect"
+    assert configuration["claims"]["X2/stated"]["outcome"] == "open", "no scene differs, of a few"
 
 
 def test_features_are_those_of_the_library(unbroken: Mapping[str, Any], cache: Path, tmp_path: Path) -> None:

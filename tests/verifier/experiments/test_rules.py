@@ -93,9 +93,38 @@ def test_intervals_of_few_objects_cover_at_their_rate(
     assert least <= coverage(given, between=1.0, within=within) <= most
 
 
-def percentiles_alone(values: Floats, given: Sequence[Scene], means: Floats, count: int) -> Intervals:
+def percentiles_alone(
+    values: Floats, given: Sequence[Scene], means: Floats, count: int, **_: bool
+) -> Intervals:
     lower, upper = np.quantile(means, [0.025 / count, 1.0 - 0.025 / count], axis=0)
     return Intervals(values.mean(axis=0), lower, upper)
+
+
+@pytest.mark.parametrize(("objects", "each", "chance"), [(3, 8, 0.1), (8, 30, 0.01), (8, 30, 0.99)])
+def test_intervals_of_rare_scores_cover_at_their_rate(objects: int, each: int, chance: float) -> None:
+    """Where hardly a scene differs, none may have been seen by chance."""
+    given = scenes(objects, each)
+    samples = (np.random.default_rng(1).random((len(given), 400)) < chance).astype(float)
+    covered = {}
+    for scored in (True, False):
+        found = intervals(samples, given, DESIGN, scored=scored)
+        covered[scored] = float(((found.lower <= chance) & (found.upper >= chance)).mean())
+    assert covered[True] >= 0.95
+    assert covered[False] < covered[True]
+
+
+def test_scores_that_never_differ_decide_nothing_where_scenes_are_few() -> None:
+    def of(value: float, objects: int, each: int, scored: bool = True) -> str:
+        given = scenes(objects, each)
+        claim = Comparisons({"a": np.full(len(given), value)}, given, scored=scored)
+        return judge(claim, rule(), DESIGN).outcome
+
+    assert of(0.0, 8, 30) == "open", "240 scenes do not exclude a difference of one in a hundred"
+    assert of(0.0, 8, 60) == "no effect"
+    assert of(0.0, 8, 30, scored=False) == "no effect", "a weight that is 0 in every scene is no chance"
+    assert of(-0.1, 3, 8) == "open", "none of 24 scenes, where one in ten would be chance"
+    assert of(-0.1, 8, 30) == "opposite"
+    assert of(0.9, 3, 8) == "reproduced"
 
 
 def test_the_standard_error_is_that_of_the_means_of_the_objects() -> None:
@@ -264,6 +293,9 @@ def test_what_an_interval_says(lower: float, upper: float, outcome: str) -> None
     [
         ((122, 6, 0, 0), "reproduced"),
         ((121, 7, 0, 0), "depends on"),
+        ((121, 0, 0, 7), "reproduced where decided"),
+        ((7, 3, 3, 115), "reproduced where decided"),
+        ((7, 3, 4, 114), "depends on"),
         ((0, 0, 122, 6), "opposite found"),
         ((0, 0, 121, 7), "not reproduced"),
         ((6, 0, 121, 1), "not reproduced"),
@@ -272,7 +304,8 @@ def test_what_an_interval_says(lower: float, upper: float, outcome: str) -> None
         ((0, 6, 0, 122), "inconclusive"),
         ((6, 32, 32, 58), "inconclusive"),
         ((6, 32, 33, 57), "not reproduced"),
-        ((7, 0, 0, 121), "depends on"),
+        ((7, 0, 0, 121), "reproduced where decided"),
+        ((0, 0, 0, 0), "not testable here"),
         ((64, 0, 64, 0), "depends on"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Choices of all that the paper leaves open: seven factors, and a regular fraction of all combinations.
+"""Choices of all that the paper leaves open, and of the background: seven factors, and a regular fraction.
 
 Three factors of four levels have two bits each, four of two levels one each: ten bits. Of the 1,024
 combinations those are tried that `GENERATORS` accept: each is a set of bits of which an even number must be
@@ -27,7 +27,7 @@ COLORS = {
 CELLS = {"16-pixel cells": 16, "8-pixel cells": 8}
 CIRCLES = {"P = 24, R = 3": (24, 3.0), "P = 8, R = 1": (8, 1.0)}
 SIZES = {"128 x 128": 128, "64 x 64": 64}
-BACKGROUNDS = {"with": True, "without": False}
+BACKGROUNDS = {"kept": True, "cut away": False}
 
 FACTORS: Mapping[str, tuple[Any, ...]] = {
     "lambda1": (0.1, 0.01, 1.0, 10.0),

@@ -10,15 +10,19 @@ The resamples have the shape of the distribution, but not its width: with few ob
 together, and drawing scenes as well counts their noise twice. So their distances from the mean are
 multiplied by (t/z) s/r: with the quantiles t of Student's distribution, one degree of freedom less than
 objects, and z of the normal one; s the standard error of the mean as the means of the objects show it, at
-least that from scenes alone; and r the standard deviation of the resamples.
+least that from scenes alone; and r the standard deviation of the resamples. For scores s is at least
+sqrt(2)/(number of scenes + 4), times the largest distance of a scene's score from the mean if they are not
+all equal: that hardly a scene differs may be chance.
 
 Sources: A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application, 1997, section 3.8 (objects,
 then scenes); W. Hoeffding, A class of statistics with asymptotically normal distribution, Ann. Math. Stat. 19
 (1948) (the first-order part of a mean over subsets); T. C. Hesterberg, What teachers should know about the
 bootstrap, American Statistician 69 (2015) (percentile intervals of few units are too short, and how t widens
-them).
+them); A. Agresti and B. A. Coull, Approximate is better than "exact", American Statistician 52 (1998) (of n
+trials none succeeded: as if of n + 4 two had).
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
@@ -45,7 +49,9 @@ class Intervals(NamedTuple):
     upper: Floats
 
 
-def intervals(values: Floats, scenes: Sequence[Scene], design: Design, comparisons: int = 1) -> Intervals:
+def intervals(
+    values: Floats, scenes: Sequence[Scene], design: Design, comparisons: int = 1, *, scored: bool = False
+) -> Intervals:
     """Mean over the scenes and its interval, for several columns on the same resamples.
 
     Parameters
@@ -56,14 +62,16 @@ def intervals(values: Floats, scenes: Sequence[Scene], design: Design, compariso
     design : Design
         Its `resamples` and `seed`.
     comparisons : int
-        Each interval is at 1 - 0.05 / comparisons: so many hold together at 0.95.
+        Each interval is at 1 - 0.05 / comparisons: the level at which so many hold together at 0.95.
+    scored : bool
+        Whether the values are scores, or differences of scores.
 
     Raises
     ------
     ValueError
         There are fewer than two objects.
     """
-    return bounded(values, scenes, resampled(values, scenes, design), comparisons)
+    return bounded(values, scenes, resampled(values, scenes, design), comparisons, scored=scored)
 
 
 def resampled(values: Floats, scenes: Sequence[Scene], design: Design) -> Floats:
@@ -72,14 +80,24 @@ def resampled(values: Floats, scenes: Sequence[Scene], design: Design) -> Floats
     return np.asarray(weights @ values / weights.sum(axis=1, keepdims=True))
 
 
-def bounded(values: Floats, scenes: Sequence[Scene], means: Floats, comparisons: int) -> Intervals:
+def least_error(values: Floats) -> Floats:
+    """Least standard error of mean scores, shape (k,), see above."""
+    furthest = np.abs(values - values.mean(axis=0)).max(axis=0)
+    return np.where(furthest > TINY, furthest, 1.0) * math.sqrt(2.0) / (len(values) + 4)
+
+
+def bounded(
+    values: Floats, scenes: Sequence[Scene], means: Floats, comparisons: int, *, scored: bool
+) -> Intervals:
     """Find `intervals` from the resampled means."""
     tail = (1.0 - PROTOCOL.confidence) / (2 * comparisons)
-    mean, quantiles = values.mean(axis=0), np.quantile(means, [tail, 1.0 - tail], axis=0)
+    mean, normal = values.mean(axis=0), norm.ppf([[tail], [1.0 - tail]])
+    distances, apart = np.quantile(means, [tail, 1.0 - tail], axis=0) - mean, means.std(axis=0)
+    shape = np.where(apart > TINY, distances / np.where(apart > TINY, apart, 1.0), normal)
     few = t.ppf(tail, len(objects(scenes)) - 1) / norm.ppf(tail)
-    apart, wanted = means.std(axis=0), standard_error(values, scenes)
-    stretch = few * np.divide(wanted, apart, out=np.ones_like(apart), where=apart > TINY)
-    return Intervals(mean, *(mean + stretch * (quantiles - mean)))
+    wanted = standard_error(values, scenes)
+    wanted = np.maximum(wanted, least_error(values)) if scored else wanted
+    return Intervals(mean, *(mean + few * wanted * shape))
 
 
 def standard_error(values: Floats, scenes: Sequence[Scene]) -> Floats:

@@ -65,7 +65,7 @@ def detail(measured: Measured) -> Detail:
 
 def _scored(scores: Floats, measured: Measured) -> Scored:
     """Mean of one score a scene, with an interval for this mean alone; bounds of a share stay within 0..1."""
-    found = intervals(scores[:, None], measured.layout.scenes, measured.design)
+    found = intervals(scores[:, None], measured.layout.scenes, measured.design, scored=True)
     mean, lower, upper = (rounded(np.clip(each[0], 0.0, 1.0)) for each in found)
     return {"score": mean, "lower": lower, "upper": upper}
 

@@ -27,7 +27,10 @@ OF_GRID = {"minItems": len(GRID), "maxItems": len(GRID)}
 OF_STUDY = {"minItems": STUDY_VIEWS, "maxItems": STUDY_VIEWS}
 OF_FACTORS = {"propertyNames": {"enum": list(FACTORS)}, "required": sorted(FACTORS)}
 SURVEYED = sorted(key for key, part in PARTS.items() if part.rule is not None)
-VERDICTS = ["reproduced", "not reproduced", "opposite found", "depends on", "inconclusive"]
+VERDICTS = [
+    "reproduced", "reproduced where decided", "depends on", "inconclusive", "not reproduced",
+    "opposite found", "not testable here",
+]  # fmt: skip
 OF_CLAIMS = {"propertyNames": {"enum": SURVEYED}, "required": SURVEYED}
 
 BySetting = Annotated[list[Share], OF_SETTINGS]
@@ -72,6 +75,7 @@ class Counts(TypedDict):
 
     verdict: Annotated[str, {"enum": VERDICTS}]
     counts: Outcomes
+    undefined: Count
     agreeing: Count
     factors: Annotated[dict[str, dict[str, Outcomes]], OF_FACTORS]
 

@@ -16,12 +16,11 @@ from verification.experiments.record.contact_sheets import read_sheets
 from verification.experiments.record.contents import PHOTOGRAPHS, ExperimentsData, SetData
 from verification.experiments.record.entries import Decided, Entry
 from verification.experiments.record.record import FORMAT
-from verification.experiments.record.sensitivity import agreeing, tallies
+from verification.experiments.record.sensitivity import survey
 from verification.experiments.record.verdicts import from_entry, rule_of
 from verification.ledger.claims import PROTOCOL
 from verification.ledger.rules import Rule
 from verification.ledger.surveys import COMMAND, DECIDING, Survey, SurveyOutcome, Tally
-from verification.ledger.verdicts import survey_judgement
 from verification.provenance import record_digest
 
 PACKAGED = Path(__file__).with_name("record.json")
@@ -133,18 +132,21 @@ def _surveys(pictures: SetData, data: ExperimentsData, command: str) -> Iterator
     default = _default(pictures, factors)
     for part, told in pictures["claims"].items():
         where = f"{part} on {pictures['name']}"
-        outcomes = [_outcome(each["claims"][part], rule_of(part), where) for each in entries]
-        levels, agree = tallies(entries, outcomes, factors), agreeing(entries, part)
-        survey = Survey(
-            part, pictures["name"], Tally.of(outcomes), agree, from_entry(default["claims"][part]), levels,
-            data["digest"], pictures["digest"], command,
+        for each in entries:
+            _check(each["claims"][part], rule_of(part), where)
+        counted = survey(entries, part, factors)
+        stored, numbers = ([each["counts"], each["undefined"], each["agreeing"]] for each in (told, counted))
+        _equal(f"counts of {where}", stored, numbers, RECOUNT)
+        _equal(f"counts by level of {where}", told["factors"], counted["factors"], RECOUNT)
+        _equal(f"verdict of {where}", told["verdict"], counted["verdict"], RECOUNT)
+        levels = {
+            factor: {level: Tally(*counts) for level, counts in by_level.items()}
+            for factor, by_level in counted["factors"].items()
+        }
+        yield Survey(
+            part, pictures["name"], Tally(*counted["counts"]), counted["undefined"], counted["agreeing"],
+            from_entry(default["claims"][part]), levels, data["digest"], pictures["digest"], command,
         )  # fmt: skip
-        counted = [list(survey.tally), survey.agreeing]
-        _equal(f"counts of {where}", [told["counts"], told["agreeing"]], counted, RECOUNT)
-        by_level = {name: {level: list(n) for level, n in each.items()} for name, each in levels.items()}
-        _equal(f"counts by level of {where}", told["factors"], by_level, RECOUNT)
-        _equal(f"verdict of {where}", told["verdict"], survey_judgement(survey).verdict.value, RECOUNT)
-        yield survey
 
 
 RECOUNT = "The record must follow from its own configurations by the rules of the ledger: make it again."
@@ -166,8 +168,8 @@ def _default(pictures: SetData, factors: Mapping[str, list[Any]]) -> Entry:
     return found[0]
 
 
-def _outcome(found: Decided, rule: Rule, where: str) -> SurveyOutcome:
-    """The outcome of a configuration, which must follow from its deciding comparison."""
+def _check(found: Decided, rule: Rule, where: str) -> None:
+    """The outcome of a configuration must follow from its deciding comparison."""
     _equal(f"comparisons of {where}", found["comparisons"], rule.comparisons, "The ledger fixes it.")
     outcome = SurveyOutcome(found["outcome"])
     if not 0 <= found["above"] <= found["comparisons"]:
@@ -175,7 +177,7 @@ def _outcome(found: Decided, rule: Rule, where: str) -> SurveyOutcome:
     lower, upper = found["lower"], found["upper"]
     if lower is None and upper is None:
         _equal(f"outcome of {where} without bounds", outcome, SurveyOutcome.OPEN, RECOUNT)
-        return outcome
+        return
     if lower is None or upper is None or not lower <= upper:
         raise FileFormatError(
             f"bounds of {where}", value=(lower, upper), must="must be numbers", remedy=RECOUNT
@@ -185,7 +187,6 @@ def _outcome(found: Decided, rule: Rule, where: str) -> SurveyOutcome:
         told = f"{outcome} at [{lower:g}, {upper:g}]"
         must = f"must follow from its bounds: {expected}"
         raise FileFormatError(f"outcome of {where}", value=told, must=must, remedy=RECOUNT)
-    return outcome
 
 
 def _equal(name: str, value: object, expected: object, remedy: str) -> None:

@@ -42,22 +42,37 @@ def tallies(
 
 
 def survey(entries: Sequence[Entry], part: str, factors: Mapping[str, Sequence[Any]]) -> Counts:
-    """The record's counts of a part of a claim, with the verdict of the ledger's rule."""
-    outcomes = [SurveyOutcome(each["claims"][part]["outcome"]) for each in entries]
-    counts, rule = Tally.of(outcomes), rule_of(part)
-    by_level = tallies(entries, outcomes, factors)
+    """The record's counts of a part of a claim, with the verdict of the ledger's rule.
+
+    Configurations count that are as the paper states, and in which some scene defines the statistic. Of a
+    factor that the paper states, all levels are counted.
+    """
+    defined = [each for each in entries if each["claims"][part]["units"]]
+    stated, judged = _as_stated(entries), _as_stated(defined)
+    outcomes = [SurveyOutcome(each["claims"][part]["outcome"]) for each in judged]
+    counts = Tally.of(outcomes)
+    every = [SurveyOutcome(each["claims"][part]["outcome"]) for each in defined]
+    levels = tallies(judged, outcomes, factors)
+    levels |= {name: by for name, by in tallies(defined, every, factors).items() if name in PROTOCOL.stated}
     return {
-        "verdict": PROTOCOL.verdict(counts, figure=rule.figure).value,
+        "verdict": PROTOCOL.verdict(counts, figure=rule_of(part).figure).value,
         "counts": list(counts),
-        "agreeing": agreeing(entries, part),
-        "factors": {name: {level: list(n) for level, n in each.items()} for name, each in by_level.items()},
+        "undefined": len(stated) - len(judged),
+        "agreeing": sum(_agrees(each, part) for each in judged),
+        "factors": {name: {level: list(n) for level, n in each.items()} for name, each in levels.items()},
     }
 
 
-def agreeing(entries: Sequence[Entry], part: str) -> int:
-    """In how many configurations every mean is on the claim's side of 0, whatever its interval."""
-    decided = (each["claims"][part] for each in entries)
-    return sum(each["above"] == each["comparisons"] for each in decided)
+def _as_stated(entries: Sequence[Entry]) -> list[Entry]:
+    """Those whose factors that the paper states have the level that it states."""
+    chosen = PROTOCOL.stated.items()
+    return [each for each in entries if all(each["levels"][name] == level for name, level in chosen)]
+
+
+def _agrees(entry: Entry, part: str) -> bool:
+    """Whether every mean is on the claim's side of 0, whatever its interval."""
+    found = entry["claims"][part]
+    return found["above"] == found["comparisons"]
 
 
 def vacuous(entry: Entry) -> bool:

@@ -34,11 +34,14 @@ class Comparisons:
         That of each unit.
     left_out : int
         Scenes for which the difference is not defined.
+    scored : bool
+        Whether the values are scores, or differences of scores.
     """
 
     differences: Mapping[str, Floats]
     scenes: Sequence[Scene]
     left_out: int = 0
+    scored: bool = False
 
 
 def rule_of(part: str) -> Rule:
@@ -81,17 +84,14 @@ def judge(claim: Comparisons, rule: Rule, design: Design) -> Comparison:
     if len(objects(claim.scenes)) < 2:
         return Comparison(SurveyOutcome.OPEN, None, None, None, names[0], 0, units, claim.left_out)
     mean, means = values.mean(axis=0), resampled(values, claim.scenes, design)
-    bounds = (_bounds(values, claim.scenes, means, count) for count in (1, rule.comparisons))
+    found = (
+        bounded(values, claim.scenes, means, count, scored=claim.scored) for count in (1, rule.comparisons)
+    )
+    bounds = (Bounds(rounded(lower.round(DIGITS)), rounded(upper.round(DIGITS))) for _, lower, upper in found)
     k, ((lower,), (upper,)) = rule.decide(*bounds)
     above = int((mean.round(DIGITS) > 0.0).sum())
     outcome = rule.outcome(lower, upper)
     return Comparison(outcome, float(mean[k]), lower, upper, names[k], above, units, claim.left_out)
-
-
-def _bounds(values: Floats, scenes: Sequence[Scene], means: Floats, comparisons: int) -> Bounds:
-    """Bounds as the record has them, so that they can be judged again."""
-    _, lower, upper = bounded(values, scenes, means, comparisons)
-    return Bounds(rounded(lower.round(DIGITS)), rounded(upper.round(DIGITS)))
 
 
 def entry(found: Comparison, rule: Rule) -> Decided:

@@ -69,8 +69,8 @@ def _obstructed(pictures: Data) -> str:
 def _weights(pictures: Data) -> str:
     shares, rows = pictures["default"]["shares"], pictures["default"]["information"]
     told = (
-        "A view of which all is seen has on average {none} % of the sum of |w|, one that is partly hidden"
-        " {partial} %, one that is hidden {full} %; 16.7 % would be an equal part."
+        "A view that shows at least 90 % of the object has on average {none} % of the sum of |w|, one that is"
+        " partly hidden {partial} %, one that shows at most 5 % {full} %; 16.7 % would be an equal part."
     ).format(**{name: percent(shares[name]) for name in ("none", "partial", "full")})
     ends = f"{rows[0]['mean']:.2f} to {rows[-1]['mean']:.2f}"
     return (

@@ -72,9 +72,9 @@ def factors(design: Data) -> list[tuple[str, list[Any]]]:
 
 
 def _rows(claims: Data, design: Data) -> list[tuple[float, str, dict[str, Any]]]:
-    """Place, name and counts by part: first all configurations, then the levels, a gap before each factor."""
+    """Place, name and counts by part: first all that count, then the levels, a gap before each factor."""
     total = {key: [each[name] for name in OUTCOMES] for key, each in claims.items()}
-    rows, place = [(0.0, "all configurations", total)], 0.0
+    rows, place = [(0.0, "all that count", total)], 0.0
     for factor, levels in factors(design):
         place += GAP
         for level in levels:

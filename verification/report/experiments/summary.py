@@ -9,8 +9,8 @@ from jaxtyping import Float
 
 from verification.experiments.design import NOTHING
 from verification.experiments.record.reading import Experiments
-from verification.ledger.claims import PARTS
-from verification.ledger.surveys import DECIDING, Spread, Survey
+from verification.ledger.claims import PARTS, PROTOCOL
+from verification.ledger.surveys import DECIDING, Survey
 from verification.report.contents import SurveyCounts
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
@@ -92,7 +92,7 @@ def first_places(accuracy: Float[np.ndarray, "readings settings counts"]) -> lis
 
 def _spread(survey: Survey) -> str:
     """The factor whose levels differ most in the share that reproduces the part."""
-    found = Spread.widest(survey.levels)
+    found = PROTOCOL.widest(survey.levels)
     return f"{found.factor}: {found.told}" if found is not None and found.size else "no level differs"
 
 

@@ -19,20 +19,20 @@ def verdicts(sets: Sequence[Data]) -> Table:
                 found = each["claims"][key]
                 told = found["default"]
                 numbers = [number(told[name]) for name in ("statistic", "lower", "upper")]
-                counts = [str(found[name]) for name in (*OUTCOMES, "agreeing")]
+                counts = [str(found[name]) for name in (*OUTCOMES, "undefined", "agreeing")]
                 words = (short(key), each["name"], found["verdict"])
                 scenes = (str(told["units"]), str(told["left_out"]))
                 rows.append((*words, *counts, told["outcome"], *numbers, *scenes))
-    configurations = max(each["readings"] for each in sets)
     title = (
-        f"Verdicts of the sensitivity analysis over {configurations} configurations: in how many a part is"
-        " reproduced, shows no effect, shows the opposite, stays open; in how many every mean lies on the"
+        "Verdicts of the sensitivity analysis over the configurations that keep the background: in how many a"
+        " part is reproduced, shows no effect, shows the opposite, stays open; in how many no scene defines"
+        " the statistic, so that they are left out; in how many of the others every mean lies on the"
         " claim's side, whatever its interval; then what the default configuration says, with the statistic"
         f" and interval of the comparison that decides it. The verdict of a claim comes from the {DECIDING}"
     )
-    counted = ("reproduced", "no effect", "opposite", "open", "means agree")
+    counted = ("reproduced", "no effect", "opposite", "open", "undefined", "means agree")
     head = ("part", "pictures", "verdict", *counted, "default outcome", "statistic", "lower", "upper")
-    return Table(title, (*head, "scenes", "left out"), tuple(rows), words=(0, 1, 2, 8))
+    return Table(title, (*head, "scenes", "left out"), tuple(rows), words=(0, 1, 2, 9))
 
 
 def deciding(pictures: Data) -> Table:
