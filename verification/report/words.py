@@ -54,7 +54,7 @@ VERDICTS = {
     Verdict.NOT_TESTABLE: "It could not be judged, for the reason that is given.",
     Verdict.REPRODUCED: "For an experiment, on data other than the paper's: found in at least 95 % of the"
     " configurations.",
-    Verdict.WHERE_DECIDED: "For an experiment: found in more than 5 % of the configurations, while no more than"
+    Verdict.WHERE_DECIDED: "For an experiment: found in more than 5 % of the configurations, while at most"
     " 5 % show no effect or the opposite; the data leave the others open.",
     Verdict.DEPENDS: "For an experiment: found in more than 5 % of the configurations, while more than 5 %"
     " show no effect or the opposite. The condition names the choice that matters most, if there is one.",
