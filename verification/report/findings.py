@@ -157,7 +157,7 @@ def _experiments(report: Report) -> Finding | None:
     told = counted([claim.verdict for claim in claims])
     text = (
         "The paper's experiments were repeated on simulated scenes and on photographs, not on its own data,"
-        f" which are not public. Of its {many(claims, 'claim')} about them, {told} on the simulation."
+        f" which are not public. Of its {many(claims, 'claim')} about them, judged on the simulation, {told}."
     )
     return Finding(text, ("experiments",))
 

@@ -95,7 +95,8 @@ PLANS = (
         "Which configurations decide which claim",
         "Each small bar is split by the share of the configurations with that level in which the part is"
         " reproduced, shows no effect, shows the opposite, or stays open. A column whose bars change from row"
-        " to row depends on what the paper leaves open.",
+        " to row depends on what the paper leaves open. Configurations that keep the background count; the"
+        " last row shows the others. There is no bar where no scene defines the statistic.",
     ),
     _Plan(
         "lambdas",

@@ -113,9 +113,12 @@ def _heads(axes: Axes, claims: Data, rows: list[tuple[float, str, dict[str, Any]
         place += len(levels)
     for column, key in enumerate(claims):
         claim, _, part = key.partition("/")
-        named = claim if part == "stated" else f"{claim}\n{part}"
-        at = (column + FULL / 2.0, -0.8)
-        axes.annotate(named, at, ha="center", va="bottom", fontsize=8.5, annotation_clip=False)
+        named = claim if part == "stated" else f"{claim} {part}"
+        at = (column + FULL / 4.0, -0.8)
+        axes.annotate(
+            named, at, ha="left", va="bottom", rotation=50, rotation_mode="anchor", fontsize=8.5,
+            annotation_clip=False,
+        )  # fmt: skip
     for number, (kind, color) in enumerate(KINDS):
         left, low = 4.0 * number + 0.1, rows[-1][0] + 1.6
         box = Rectangle((left, low - TALL / 2.0), 0.5, TALL, facecolor=color, linewidth=0)
