@@ -196,7 +196,8 @@ def test_the_readme_counts_the_claims_as_the_baseline_does():
     }  # fmt: skip
     assert (
         "Of its eight claims about experiments, judged on simulated scenes with photographs beside them, two"
-        " are reproduced and one where the data decide; one depends on a choice that the paper leaves open,"
+        " are reproduced (one of them in its direction alone) and one where the data decide; one depends on a"
+        " choice that the paper leaves open,"
         " two remain undecided, and two are not reproduced" in told
     )
     causes = {cause for key in about if expected[key] is Verdict.REFUTED for cause in CLAIMS[key].causes}

@@ -112,6 +112,8 @@ class Protocol:
     sensitivity, configurations : str
     stated : mapping of str to str
         Level of a factor that the paper states: configurations with another level do not count.
+    factors : mapping of str to str
+        What a factor is called in a sentence, unless by its own name.
     resamples : int
         Of the bootstrap.
     confidence : float
@@ -137,6 +139,7 @@ class Protocol:
     sensitivity: str
     configurations: str
     stated: Mapping[str, str]
+    factors: Mapping[str, str]
     resamples: int
     confidence: float
     deciding_share: float
@@ -179,4 +182,4 @@ class Protocol:
         spread = self.widest(levels)
         if spread is None or spread.size < self.deciding_spread:
             return NO_FACTOR
-        return f"{spread.factor}: {spread.told}"
+        return f"{self.factors.get(spread.factor, spread.factor)}: {spread.told}"

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from verification.ledger.claims import CAUSES, Cause, Role, Subject, Voice
 from verification.ledger.evidence import Refutation, Verdict
+from verification.ledger.surveys import DECIDING
 from verification.report.contents import JudgedClaim, JudgedPart, Report
 from verification.report.sentences import examples, listed, many
 
@@ -203,6 +204,13 @@ def right_parts(report: Report) -> list[JudgedPart]:
     others = [claim for claim in report.claims if claim.voice is Voice.PAPER and claim.id not in taken]
     stated = [part for claim in others for part in claim.parts if part.role is Role.STATED]
     return [part for part in stated if part.verdict in RIGHT]
+
+
+def where_decided(part: JudgedPart) -> str:
+    """The counts of a part that is reproduced where the data decide; else empty."""
+    if part.verdict is not Verdict.WHERE_DECIDED:
+        return ""
+    return next(each.told for each in part.surveys if each.pictures == DECIDING)
 
 
 def structure(report: Report) -> str:

@@ -68,7 +68,9 @@ def _right(report: Report) -> Iterator[str]:
     for claim in findings.right(report):
         yield f"- {marked(claim.statement)} **{_verdict(claim)}** ({link(claim.id)})"
     for part in findings.right_parts(report):
-        yield f"- {marked(sentences.sentence(part.statement))} **{part.verdict}** ({link(part.key)})"
+        counts = findings.where_decided(part)
+        told = f"**{part.verdict}**" + (f", {prose(counts)}" if counts else "")
+        yield f"- {marked(sentences.sentence(part.statement))} {told} ({link(part.key)})"
     yield ""
 
 

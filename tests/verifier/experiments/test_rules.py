@@ -329,7 +329,7 @@ def test_the_factor_that_decides_is_named() -> None:
     assert found is not None
     assert (found.factor, found.most, found.least, found.size) == ("normalisation", "one", "three", 20 / 32)
     told = PROTOCOL.deciding_factor(levels)
-    assert told == "normalisation: reproduced in 31 of 32 with one; reproduced in 11 of 32 with three"
+    assert told == "the normalisation: reproduced in 31 of 32 with one; reproduced in 11 of 32 with three"
     assert PROTOCOL.deciding_factor({"hog": levels["hog"]}) == NO_FACTOR
     assert PROTOCOL.deciding_factor({}) == NO_FACTOR
     assert Spread.widest({"hog": {"8": level(3, 8)}}) is None

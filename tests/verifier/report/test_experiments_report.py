@@ -88,7 +88,7 @@ def test_the_verdict_names_the_factor_that_it_depends_on():
     levels = {"hog": {"8": Tally(9, 0, 1, 0), "16": Tally(1, 9, 0, 0)}}
     found = judge_surveys(PARTS["X2/stated"], [survey(10, 9, 1, 0, levels=levels)])
     assert found.verdict is Verdict.DEPENDS
-    assert found.condition == "hog: reproduced in 9 of 10 with 8; reproduced in 1 of 10 with 16"
+    assert found.condition == "the cells of HOG: reproduced in 9 of 10 with 8; reproduced in 1 of 10 with 16"
     alone = judge_surveys(PARTS["X2/stated"], [survey(10, 9, 1, 0)])
     assert alone.condition == "the configuration; no single factor decides"
 

@@ -148,8 +148,8 @@ def _limits(pictures: Data, design: Data) -> Iterator[tuple[str, str]]:
     )
     yield (
         "Settings",
-        f"Mean score over n and all configurations: {told}. Highest mean over n, of {pictures['readings']}"
-        f" configurations: {first}.",
+        f"Mean score over n and all {pictures['readings']} configurations, also those that do not count:"
+        f" {told}. Highest mean over n: {first}.",
     )
     if widest := _widest(limits["accuracy"]):
         yield "What matters most", widest
@@ -169,9 +169,8 @@ def _widest(accuracy: Data) -> str:
     by = accuracy[name]
     best, worst = max(by, key=lambda each: by[each]), min(by, key=lambda each: by[each])
     return (
-        f"Of what the paper leaves open, the {FACTORS.get(name, name)} moves the score most:"
-        f" {percent(by[best])} %"
-        f" with {best}, {percent(by[worst])} % with {worst}."
+        f"At (0.1, 0.1), of all that was varied, the {FACTORS.get(name, name)} moves the mean score most:"
+        f" {percent(by[best])} % with {best}, {percent(by[worst])} % with {worst}."
     )
 
 

@@ -93,7 +93,9 @@ def first_places(accuracy: Float[np.ndarray, "readings settings counts"]) -> lis
 def _spread(survey: Survey) -> str:
     """The factor whose levels differ most in the share that reproduces the part."""
     found = PROTOCOL.widest(survey.levels)
-    return f"{found.factor}: {found.told}" if found is not None and found.size else "no level differs"
+    if found is None or not found.size:
+        return "no level differs"
+    return f"{PROTOCOL.factors.get(found.factor, found.factor)}: {found.told}"
 
 
 def _case(case: Mapping[str, Any]) -> dict[str, Any]:
