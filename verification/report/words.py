@@ -158,8 +158,8 @@ LIMITATIONS = (
     "The paper's pictures are not public. Its experiments were repeated on simulated scenes of the same"
     " design and on photographs; what is not found there may still be true of the paper's data.",
     "The paper does not state lambda1 in the experiments, the bins of the histograms, the settings of HOG"
-    " and LBP, the size of the pictures or their normalisation. The configurations vary these and nothing"
-    " else, and only a fraction of all combinations is tried.",
+    " and LBP, the size of the pictures or their normalisation. The configurations that count vary these"
+    " and nothing else, and only a fraction of all combinations is tried.",
 )
 
 CHECKERS = {
