@@ -88,16 +88,14 @@ def test_intervals_of_few_objects_cover_at_their_rate(
     """Percentiles alone are too close where objects differ, and too far apart where scenes do."""
     given = scenes(objects, each=30)
     assert 0.925 <= coverage(given, between=1.0, within=within) <= 0.985
-    monkeypatch.setattr(bootstrap, "bounded", percentiles_alone)
+    monkeypatch.setattr(bootstrap.Resampled, "intervals", percentiles_alone)
     least, most = percentiles
     assert least <= coverage(given, between=1.0, within=within) <= most
 
 
-def percentiles_alone(
-    values: Floats, given: Sequence[Scene], means: Floats, count: int, **_: bool
-) -> Intervals:
-    lower, upper = np.quantile(means, [0.025 / count, 1.0 - 0.025 / count], axis=0)
-    return Intervals(values.mean(axis=0), lower, upper)
+def percentiles_alone(found: bootstrap.Resampled, count: int) -> Intervals:
+    lower, upper = np.quantile(found.means, [0.025 / count, 1.0 - 0.025 / count], axis=0)
+    return Intervals(found.mean, lower, upper)
 
 
 @pytest.mark.parametrize(("objects", "each", "chance"), [(3, 8, 0.1), (8, 30, 0.01), (8, 30, 0.99)])

@@ -24,6 +24,7 @@ trials none succeeded: as if of n + 4 two had).
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -71,33 +72,55 @@ def intervals(
     ValueError
         There are fewer than two objects.
     """
-    return bounded(values, scenes, resampled(values, scenes, design), comparisons, scored=scored)
+    return resampled(values, scenes, design, scored=scored).intervals(comparisons)
 
 
-def resampled(values: Floats, scenes: Sequence[Scene], design: Design) -> Floats:
-    """The means of the resamples, shape (resamples, k); see `intervals`."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Resampled:
+    """What intervals at any level are made of.
+
+    Attributes
+    ----------
+    mean : float64 (k,)
+    means : float64 (resamples, k)
+        Of the resamples.
+    error : float64 (k,)
+        Standard error of the mean.
+    objects : int
+    """
+
+    mean: Floats
+    means: Floats
+    error: Floats
+    objects: int
+
+    def intervals(self, comparisons: int) -> Intervals:
+        """See the function of this name."""
+        tail = (1.0 - PROTOCOL.confidence) / (2 * comparisons)
+        distances, apart = (
+            np.quantile(self.means, [tail, 1.0 - tail], axis=0) - self.mean,
+            self.means.std(axis=0),
+        )
+        shape = np.where(
+            apart > TINY, distances / np.where(apart > TINY, apart, 1.0), norm.ppf([[tail], [1.0 - tail]])
+        )
+        few = t.ppf(tail, self.objects - 1) / norm.ppf(tail)
+        return Intervals(self.mean, *(self.mean + few * self.error * shape))
+
+
+def resampled(values: Floats, scenes: Sequence[Scene], design: Design, *, scored: bool) -> Resampled:
+    """Resample the mean; for the parameters and errors see `intervals`."""
     weights = resamples(tuple(scenes), design.resamples, design.seed)
-    return np.asarray(weights @ values / weights.sum(axis=1, keepdims=True))
+    error = standard_error(values, scenes)
+    error = np.maximum(error, least_error(values)) if scored else error
+    means = np.asarray(weights @ values / weights.sum(axis=1, keepdims=True))
+    return Resampled(values.mean(axis=0), means, error, len(objects(scenes)))
 
 
 def least_error(values: Floats) -> Floats:
     """Least standard error of mean scores, shape (k,), see above."""
     furthest = np.abs(values - values.mean(axis=0)).max(axis=0)
     return np.where(furthest > TINY, furthest, 1.0) * math.sqrt(2.0) / (len(values) + 4)
-
-
-def bounded(
-    values: Floats, scenes: Sequence[Scene], means: Floats, comparisons: int, *, scored: bool
-) -> Intervals:
-    """Find `intervals` from the resampled means."""
-    tail = (1.0 - PROTOCOL.confidence) / (2 * comparisons)
-    mean, normal = values.mean(axis=0), norm.ppf([[tail], [1.0 - tail]])
-    distances, apart = np.quantile(means, [tail, 1.0 - tail], axis=0) - mean, means.std(axis=0)
-    shape = np.where(apart > TINY, distances / np.where(apart > TINY, apart, 1.0), normal)
-    few = t.ppf(tail, len(objects(scenes)) - 1) / norm.ppf(tail)
-    wanted = standard_error(values, scenes)
-    wanted = np.maximum(wanted, least_error(values)) if scored else wanted
-    return Intervals(mean, *(mean + few * wanted * shape))
 
 
 def standard_error(values: Floats, scenes: Sequence[Scene]) -> Floats:

@@ -8,38 +8,6 @@ from verification.experiments.record.verdicts import rule_of
 from verification.ledger.claims import PROTOCOL
 from verification.ledger.surveys import SurveyOutcome, Tally
 
-Tallies = dict[str, dict[str, Tally]]
-"""By factor and level."""
-
-
-def tallies(
-    entries: Sequence[Entry],
-    outcomes: Sequence[SurveyOutcome],
-    factors: Mapping[str, Sequence[Any]],
-) -> Tallies:
-    """Count outcomes by level.
-
-    Parameters
-    ----------
-    entries : sequence of mapping
-        Configurations as the record has them: with "levels".
-    outcomes : sequence of SurveyOutcome
-        One of each.
-    factors : mapping of str to sequence
-        Levels by factor.
-    """
-    return {
-        factor: {
-            level_name(level): Tally.of(
-                outcome
-                for each, outcome in zip(entries, outcomes, strict=True)
-                if each["levels"][factor] == level
-            )
-            for level in levels
-        }
-        for factor, levels in factors.items()
-    }
-
 
 def survey(entries: Sequence[Entry], part: str, factors: Mapping[str, Sequence[Any]]) -> Counts:
     """The record's counts of a part of a claim, with the verdict of the ledger's rule.
@@ -48,19 +16,27 @@ def survey(entries: Sequence[Entry], part: str, factors: Mapping[str, Sequence[A
     factor that the paper states, all levels are counted.
     """
     defined = [each for each in entries if each["claims"][part]["units"]]
-    stated, judged = _as_stated(entries), _as_stated(defined)
-    outcomes = [SurveyOutcome(each["claims"][part]["outcome"]) for each in judged]
-    counts = Tally.of(outcomes)
-    every = [SurveyOutcome(each["claims"][part]["outcome"]) for each in defined]
-    levels = tallies(judged, outcomes, factors)
-    levels |= {name: by for name, by in tallies(defined, every, factors).items() if name in PROTOCOL.stated}
+    judged = _as_stated(defined)
+    counts = _tally(judged, part)
+
+    def with_level(factor: str, level: object) -> list[Entry]:
+        counted = defined if factor in PROTOCOL.stated else judged
+        return [each for each in counted if each["levels"][factor] == level]
+
     return {
         "verdict": PROTOCOL.verdict(counts, figure=rule_of(part).figure).value,
         "counts": list(counts),
-        "undefined": len(stated) - len(judged),
+        "undefined": len(_as_stated(entries)) - len(judged),
         "agreeing": sum(_agrees(each, part) for each in judged),
-        "factors": {name: {level: list(n) for level, n in each.items()} for name, each in levels.items()},
+        "factors": {
+            factor: {level_name(level): list(_tally(with_level(factor, level), part)) for level in levels}
+            for factor, levels in factors.items()
+        },
     }
+
+
+def _tally(entries: Sequence[Entry], part: str) -> Tally:
+    return Tally.of(SurveyOutcome(each["claims"][part]["outcome"]) for each in entries)
 
 
 def _as_stated(entries: Sequence[Entry]) -> list[Entry]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from convexperc.errors import InputError
 from verification.experiments.design import Design
 from verification.experiments.measure.numbers import rounded
-from verification.experiments.record.bootstrap import bounded, objects, resampled
+from verification.experiments.record.bootstrap import objects, resampled
 from verification.experiments.record.entries import Decided
 from verification.experiments.scenes.pictures import Scene
 from verification.ledger.claims import PARTS
@@ -83,15 +83,12 @@ def judge(claim: Comparisons, rule: Rule, design: Design) -> Comparison:
         raise ValueError(f"{units} units of {len(claim.scenes)} scenes")
     if len(objects(claim.scenes)) < 2:
         return Comparison(SurveyOutcome.OPEN, None, None, None, names[0], 0, units, claim.left_out)
-    mean, means = values.mean(axis=0), resampled(values, claim.scenes, design)
-    found = (
-        bounded(values, claim.scenes, means, count, scored=claim.scored) for count in (1, rule.comparisons)
-    )
-    bounds = (Bounds(rounded(lower.round(DIGITS)), rounded(upper.round(DIGITS))) for _, lower, upper in found)
-    k, ((lower,), (upper,)) = rule.decide(*bounds)
-    above = int((mean.round(DIGITS) > 0.0).sum())
+    found = resampled(values, claim.scenes, design, scored=claim.scored)
+    ends = ([end.round(DIGITS) for end in found.intervals(count)[1:]] for count in (1, rule.comparisons))
+    k, ((lower,), (upper,)) = rule.decide(*(Bounds(*map(rounded, each)) for each in ends))
+    above = int((found.mean.round(DIGITS) > 0.0).sum())
     outcome = rule.outcome(lower, upper)
-    return Comparison(outcome, float(mean[k]), lower, upper, names[k], above, units, claim.left_out)
+    return Comparison(outcome, float(found.mean[k]), lower, upper, names[k], above, units, claim.left_out)
 
 
 def entry(found: Comparison, rule: Rule) -> Decided:
