@@ -9,6 +9,7 @@ from verification.experiments.design import GRID, SETTINGS, STUDY_VIEWS, VIEWS
 from verification.experiments.measure.configurations import FACTORS
 from verification.experiments.scenes.pictures import OBSTRUCTIONS
 from verification.ledger.claims import PARTS
+from verification.ledger.verdicts import WEAKEST_SURVEY_FIRST
 from verification.ledger.surveys import SurveyOutcome, Tally
 
 Number = Annotated[float, {"type": "number"}]
@@ -27,10 +28,7 @@ OF_GRID = {"minItems": len(GRID), "maxItems": len(GRID)}
 OF_STUDY = {"minItems": STUDY_VIEWS, "maxItems": STUDY_VIEWS}
 OF_FACTORS = {"propertyNames": {"enum": list(FACTORS)}, "required": sorted(FACTORS)}
 SURVEYED = sorted(key for key, part in PARTS.items() if part.rule is not None)
-VERDICTS = [
-    "reproduced", "reproduced where decided", "depends on", "inconclusive", "not reproduced",
-    "opposite found", "not testable here",
-]  # fmt: skip
+VERDICTS = [verdict.value for verdict in reversed(WEAKEST_SURVEY_FIRST)]
 OF_CLAIMS = {"propertyNames": {"enum": SURVEYED}, "required": SURVEYED}
 
 BySetting = Annotated[list[Share], OF_SETTINGS]
