@@ -9,8 +9,8 @@ from verification.experiments.design import GRID, SETTINGS, STUDY_VIEWS, VIEWS
 from verification.experiments.measure.configurations import FACTORS
 from verification.experiments.scenes.pictures import OBSTRUCTIONS
 from verification.ledger.claims import PARTS
-from verification.ledger.verdicts import WEAKEST_SURVEY_FIRST
 from verification.ledger.surveys import SurveyOutcome, Tally
+from verification.ledger.verdicts import WEAKEST_SURVEY_FIRST
 
 Number = Annotated[float, {"type": "number"}]
 Share = Annotated[float, {"type": "number", "minimum": 0, "maximum": 1}]
