@@ -15,7 +15,8 @@ from convexperc.certificate.reduced import (
     UNDERFLOW_SUM,
     AnswerBounds,
     GramBounds,
-    bound_reduced,
+    bounding_kernel,
+    new_room,
 )
 from convexperc.certificate.rounding import gamma
 from convexperc.certificate.tolerances import Tolerances
@@ -150,7 +151,8 @@ class DataBounds:
         if uncoupled:
             return bound_merged(self.distinct, *given, *points)
         bounds = AnswerBounds.unknown(chosen.size, data.n, data.m)
-        bound_reduced(*given, *points, math.inf if tolerances is None else tolerances.relative, bounds)
+        tolerance = math.inf if tolerances is None else tolerances.relative
+        bounding_kernel(*given, *points, tolerance, new_room(data.n, data.m), bounds)
         if tolerances is None:
             return bounds
         missed = ~tolerances.met(bounds.gap, bounds.lower, given[2] * SHORTENED)

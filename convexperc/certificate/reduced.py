@@ -19,10 +19,10 @@ Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., section
 from typing import NamedTuple, no_type_check
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from convexperc.certificate.rounding import U
+from convexperc.kernels.kernel import Kernel
 
 LARGEST_NUMBER = 2.0**100
 """Numbers beyond this, or below its inverse and not 0, are left out here: products might underflow."""
@@ -180,27 +180,20 @@ class Value(NamedTuple):
     linear: float
 
 
-@no_type_check
-@njit(cache=True)
-def new_room(n, m):
+def new_room(n: int, m: int) -> Room:
     """Room for n views and m modalities."""
-    return Room(
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
-        np.empty((m, n)), np.empty((m, n)), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m),
-    )  # fmt: skip
+    return Room(*np.empty((7, n)), *np.empty((2, m, n)), *np.empty((5, m)))
 
 
 @no_type_check
-@njit(cache=True)
-def bound_reduced(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
+def bound_reduced(shared, C, targets, lambdas, W, T, Q, tolerance, room, bounds):
     """Fill in `bounds` for every template: C (p, n), targets (p,), lambdas (p, 3), W, Q (p, n), T (p, m)."""
-    p, n = C.shape
-    m = shared.K.shape[0]
-    room = new_room(n, m)
-    for j in range(p):
+    for j in range(C.shape[0]):
         bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
-        bounds.zero_views[j, :] = False
-        bounds.zero_modalities[j, :] = False
+        for a in range(C.shape[1]):
+            bounds.zero_views[j, a] = False
+        for i in range(T.shape[1]):
+            bounds.zero_modalities[j, i] = False
         coupled = lambdas[j, 0] > 0.0 and lambdas[j, 2] > 0.0
         if coupled and in_range(lambdas[j], W[j], T[j], Q[j]):
             case = Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
@@ -208,7 +201,6 @@ def bound_reduced(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
 
 
 @no_type_check
-@njit(cache=True)
 def in_range(lambdas, w, t, q):
     """Whether t >= 0, and every number is 0 or far from overflow and underflow (Lemma R50)."""
     for k in range(3):
@@ -225,7 +217,6 @@ def in_range(lambdas, w, t, q):
 
 
 @no_type_check
-@njit(cache=True)
 def _bound_one(shared, case, tolerance, room, bounds, j):
     """Bound one template's optimum and gap by the dual point that suffices (Lemma R48)."""
     value = value_bounds(shared, case, room)
@@ -248,7 +239,6 @@ def _bound_one(shared, case, tolerance, room, bounds, j):
 
 
 @no_type_check
-@njit(cache=True)
 def _times(A, x, y):
     """Set y = A x for a symmetric A."""
     for a in range(y.size):
@@ -260,13 +250,11 @@ def _times(A, x, y):
 
 
 @no_type_check
-@njit(cache=True)
 def _square(x):
     return x * x
 
 
 @no_type_check
-@njit(cache=True)
 def _inner(x, y):
     total = 0.0
     for k in range(x.size):
@@ -275,7 +263,6 @@ def _inner(x, y):
 
 
 @no_type_check
-@njit(cache=True)
 def value_bounds(shared, case, room):
     """Bound F(w, u), and leave y, z, e, tau and the bounds of ||X_i'q|| in `room` (Lemma R41)."""
     c, target, lambdas, w, t, q = case
@@ -329,7 +316,6 @@ def value_bounds(shared, case, room):
 
 
 @no_type_check
-@njit(cache=True)
 def _coupling(shared, case, value, room):
     """b = -2 q, v = 2 y + 2 q (Lemma R45)."""
     w, q = case.w, case.q
@@ -345,7 +331,6 @@ def _coupling(shared, case, value, room):
 
 
 @no_type_check
-@njit(cache=True)
 def _slack(shared, case, value, by_sign, room):
     """v = 2 y - b cut to [-lambda2, lambda2], or -lambda2 sign(w_j); b = 2 y - v (Lemma R46)."""
     g, w, lambdas = shared.gamma, case.w, case.lambdas
@@ -369,7 +354,6 @@ def _slack(shared, case, value, by_sign, room):
 
 
 @no_type_check
-@njit(cache=True)
 def _gap(shared, case, value, room):
     """Bound F - D at (s a, s b); returns it with s, or infinity where no s > 0 is feasible (Lemma R47)."""
     w, t, target = case.w, case.t, case.target
@@ -405,7 +389,6 @@ def _gap(shared, case, value, room):
 
 
 @no_type_check
-@njit(cache=True)
 def _zeros(shared, lambdas, gap, s, room, bounds, j):
     """Mark the views and modalities that no optimum uses; see `screening.proved_zeros` (Lemma R49)."""
     root = 2.0 * np.sqrt(gap) * (1.0 + 2.0**-40)
@@ -417,3 +400,13 @@ def _zeros(shared, lambdas, gap, s, room, bounds, j):
         radius = root * np.sqrt(lambdas[0]) * shared.blocks[i] * (1.0 + 2.0**-40)
         if (s * room.reach[i] + radius) * (1.0 + 2.0**-40) < lambdas[2]:
             bounds.zero_modalities[j, i] = True
+
+
+def _interpreted_seconds(shared: GramBounds, C: Floats, *rest: object) -> float:
+    """About what bounds take interpreted: some products with G and each K_i a template."""
+    p, n = C.shape
+    return float(p * (5e-4 + 3e-7 * (shared.K.shape[0] + 1) * n * n))
+
+
+bounding_kernel = Kernel(bound_reduced, _interpreted_seconds, compile_seconds=5.0)
+"""`bound_reduced`, interpreted or compiled."""
