@@ -23,9 +23,9 @@ order; t at the most recent factor of S(t) and at the base, NaN first where ther
 answer in which it is not 0; scratch."""
 SIGN, ORDER, VIEWS, BASE_VIEWS, NEAR, INSIDE, MODEL_VIEWS = range(7)
 """Sets of unknowns (N,): the sign of each, 0 where inactive, 2 for an active one that must be >= 0; the
-active ones in the order of the factor; the order of the views in the two factors of S(t), those outside the working
-set first; 1 for the views that the next working set has to contain besides the support of w; scratch; the
-views of the model's Hessian, in its order."""
+active ones in the order of the factor; the order of the views in the two factors of S(t), those outside the
+working set first; 1 for the views that the next working set has to contain besides the support of w; scratch;
+the views of the model's Hessian, in its order."""
 ACTIVE, FACTORED, FIRST, BASE_FIRST, SIZE, OWNER = range(6)
 """Counts: active unknowns; those of them, from the first on, for which the factor is up to date; where the
 working set begins in `VIEWS` and in `BASE_VIEWS`; views in the model; which Hessian in w it holds."""
