@@ -155,6 +155,27 @@ class Case(NamedTuple):
     q: Floats
 
 
+class Cases(NamedTuple):
+    """p templates and their answers, normalised; see `Case`.
+
+    Attributes
+    ----------
+    C : float64 (p, n)
+    targets : float64 (p,)
+    lambdas : float64 (p, 3)
+    W : float64 (p, n)
+    T : float64 (p, m)
+    Q : float64 (p, n)
+    """
+
+    C: Floats
+    targets: Floats
+    lambdas: Floats
+    W: Floats
+    T: Floats
+    Q: Floats
+
+
 class Value(NamedTuple):
     """What is known of F at the point.
 
@@ -186,30 +207,41 @@ def new_room(n: int, m: int) -> Room:
 
 
 @no_type_check
-def bound_reduced(shared, C, targets, lambdas, W, T, Q, tolerance, room, bounds):
-    """Fill in `bounds` for every template: C (p, n), targets (p,), lambdas (p, 3), W, Q (p, n), T (p, m)."""
-    for j in range(C.shape[0]):
+def bound_reduced(shared, cases, order, tolerance, enough, room, bounds):
+    """Fill in `bounds` for the templates of `order`.
+
+    The search for a dual point ends with a gap within the relative `tolerance`, or a lower bound of at least
+    enough (p,).
+    """
+    for k in range(order.size):
+        j = order[k]
         bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
-        for a in range(C.shape[1]):
+        for a in range(cases.W.shape[1]):
             bounds.zero_views[j, a] = False
-        for i in range(T.shape[1]):
+        for i in range(cases.T.shape[1]):
             bounds.zero_modalities[j, i] = False
-        coupled = lambdas[j, 0] > 0.0 and lambdas[j, 2] > 0.0
-        if coupled and in_range(lambdas[j], W[j], T[j], Q[j]):
-            case = Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
-            _bound_one(shared, case, tolerance, room, bounds, j)
+        case = case_of(cases, j)
+        if case.lambdas[0] > 0.0 and case.lambdas[2] > 0.0 and in_range(case):
+            _bound_one(shared, case, tolerance, enough[j], room, bounds, j)
 
 
 @no_type_check
-def in_range(lambdas, w, t, q):
+def case_of(cases, j):
+    """Template j and its answer."""
+    return Case(cases.C[j], cases.targets[j], cases.lambdas[j], cases.W[j], cases.T[j], cases.Q[j])
+
+
+@no_type_check
+def in_range(case):
     """Whether t >= 0, and every number is 0 or far from overflow and underflow (Lemma R50)."""
+    lambdas, t = case.lambdas, case.t
     for k in range(3):
         if not (1.0 / LARGEST_NUMBER <= lambdas[k] <= LARGEST_NUMBER or lambdas[k] == 0.0):
             return False
     for i in range(t.size):
         if not 0.0 <= t[i] <= LARGEST_NUMBER:
             return False
-    for x in (w, q):
+    for x in (case.w, case.q):
         for k in range(x.size):
             if not abs(x[k]) <= LARGEST_NUMBER:
                 return False
@@ -217,7 +249,7 @@ def in_range(lambdas, w, t, q):
 
 
 @no_type_check
-def _bound_one(shared, case, tolerance, room, bounds, j):
+def _bound_one(shared, case, tolerance, enough, room, bounds, j):
     """Bound one template's optimum and gap by the dual point that suffices (Lemma R48)."""
     value = value_bounds(shared, case, room)
     best = np.inf
@@ -230,7 +262,7 @@ def _bound_one(shared, case, tolerance, room, bounds, j):
         if total < np.inf:
             _zeros(shared, case.lambdas, total, s, room, bounds, j)
         best = min(best, total)
-        if best <= tolerance * value.lower:
+        if best <= tolerance * value.lower or value.lower - best > enough:
             break
     for i in range(case.t.size):
         bounds.modality_norms[j, i] = case.t[i] * 0.5 * (room.low[i] + room.high[i])
@@ -402,10 +434,10 @@ def _zeros(shared, lambdas, gap, s, room, bounds, j):
             bounds.zero_modalities[j, i] = True
 
 
-def _interpreted_seconds(shared: GramBounds, C: Floats, *rest: object) -> float:
+def _interpreted_seconds(shared: GramBounds, cases: Cases, order: NDArray[np.int64], *rest: object) -> float:
     """About what bounds take interpreted: some products with G and each K_i a template."""
-    p, n = C.shape
-    return float(p * (5e-4 + 3e-7 * (shared.K.shape[0] + 1) * n * n))
+    n = cases.C.shape[1]
+    return float(order.size * (5e-4 + 3e-7 * (shared.K.shape[0] + 1) * n * n))
 
 
 bounding_kernel = Kernel(bound_reduced, _interpreted_seconds, compile_seconds=5.0)

@@ -38,25 +38,27 @@ class Arguments(NamedTuple):
 
     Attributes
     ----------
-    integers : int32 (9,)
-        Four sizes that change from call to call, then the letters L, R, T, N and the step 1.
-    numbers : float64 (3,)
-        1, 0 and -1.
+    integers : int32 (16,)
+        Four sizes that change from call to call, the letters L, R, T, N and the step 1; then, as float64, the
+        numbers 1, 0 and -1.
     at, numbers_at : int
-        Addresses of the two.
+        Addresses of the sizes and of the numbers.
     """
 
     integers: NDArray[np.int32]
-    numbers: NDArray[np.float64]
     at: int
     numbers_at: int
 
 
+ARGUMENTS = np.array([0, 0, 0, 0, *map(ord, "LRTN"), 1, *[0] * 7], dtype=np.int32)
+ARGUMENTS[10:].view(np.float64)[:] = 1.0, 0.0, -1.0
+
+
 def new_arguments() -> Arguments:
     """The constants in place."""
-    integers = np.array([0, 0, 0, 0, *map(ord, "LRTN"), 1], dtype=np.int32)
-    numbers = np.array([1.0, 0.0, -1.0])
-    return Arguments(integers, numbers, address(integers), address(numbers))
+    integers = ARGUMENTS.copy()
+    at = address(integers)
+    return Arguments(integers, at, at + 40)
 
 
 def address(array: NDArray[np.generic]) -> int:

@@ -331,15 +331,16 @@ def keep(room, rows, j, n):
 
 
 @no_type_check
-def solve_batch(grams, templates, rules, pruning, room, rows):
-    """Solve the templates in turn; those of equal lambda1 share a start, unless the rows hold the starts.
+def solve_batch(grams, templates, order, rules, pruning, room, rows):
+    """Solve the templates of `order` in turn; those of equal lambda1 share a start, unless rows hold them.
 
-    Fills in the rows. A template is pruned when its lower bound exceeds `pruning.ceiling` or the lowest F of
-    the templates before it, by `pruning.margin`.
+    Fills in their rows. A template is pruned when its lower bound exceeds `pruning.ceiling` or the lowest F
+    of the templates before it, by `pruning.margin`.
     """
     n, lambdas, ceiling, pruned = grams.G.shape[0], templates.lambdas, pruning.ceiling, pruning.units.size > 0
-    for j in range(templates.C.shape[0]):
-        if j > 0 and lambdas[j, 0] != lambdas[j - 1, 0]:
+    for k in range(order.size):
+        j = order[k]
+        if k > 0 and lambdas[j, 0] != lambdas[order[k - 1], 0]:
             room.vectors[LATEST_T, 0] = room.vectors[BASE_T, 0] = np.nan
             for i in range(grams.K.shape[0]):
                 room.vectors[LAST_T, i] = 0.0
@@ -356,10 +357,12 @@ def solve_batch(grams, templates, rules, pruning, room, rows):
         keep(room, rows, j, n)
 
 
-def _interpreted_seconds(grams: Grams, templates: Templates, *rest: object) -> float:
+def _interpreted_seconds(
+    grams: Grams, templates: Templates, order: NDArray[np.int64], *rest: object
+) -> float:
     """About what `solve_batch` takes interpreted: some steps a template, each of O(m n^2) operations."""
-    (p, n), m = templates.C.shape, grams.K.shape[0]
-    return float(p * (1e-2 + 3e-7 * (m + 3) * n * n))
+    m, n = grams.K.shape[:2]
+    return float(order.size * (1e-2 + 3e-7 * (m + 3) * n * n))
 
 
 newton_kernel = Kernel(solve_batch, _interpreted_seconds, compile_seconds=10.0)

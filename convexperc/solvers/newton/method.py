@@ -59,6 +59,12 @@ class Batch:
     iterations: Int[np.ndarray, " p"]
     gaps: Float[np.ndarray, "p 2"]
 
+    @classmethod
+    def new(cls, p: int, n: int, m: int) -> "Batch":
+        """Room for the answers; all are 0, and no gap is known."""
+        W, Q, T = np.zeros((p, n)), np.zeros((p, n)), np.zeros((p, m))
+        return cls(W, T, Q, np.zeros(p, dtype=np.int64), np.full((p, 2), np.nan))
+
     def status(self, j: int, tolerance: float, limit: int) -> str:
         """Why template j was left, one of `STATUSES`: at this relative gap, or after so many iterations."""
         F, gap = self.gaps[j]
@@ -140,20 +146,33 @@ class Newton:
         -------
         Batch
         """
-        p, n = C.shape
-        m = len(K)
-        W = np.zeros((p, n)) if start is None else np.array(start.W, dtype=np.float64)
-        T = np.zeros((p, m)) if start is None else np.array(start.T, dtype=np.float64)
-        batch = Batch(W, T, np.zeros((p, n)), np.zeros(p, dtype=np.int64), np.empty((p, 2)))
+        batch = Batch.new(*C.shape, len(K))
+        if start is not None:
+            batch.W[:], batch.T[:] = start.W, start.T
+        templates, order = Templates(np.ascontiguousarray(C), targets, lambdas), np.arange(len(C))
+        self.fill(batch, Grams.of(G, K), templates, order, warm=start is not None, pruning=pruning)
+        return batch
+
+    def fill(
+        self,
+        batch: Batch,
+        grams: Grams,
+        templates: Templates,
+        order: Int[np.ndarray, " k"],
+        *,
+        warm: bool,
+        pruning: Pruning | None,
+    ) -> None:
+        """Answer some templates, in this order; their rows of `batch` hold the starts if `warm`."""
         newton_kernel(
-            Grams.of(G, K),
-            Templates(np.ascontiguousarray(C), targets, lambdas),
-            Rules(self.tolerance, self.max_iterations, start is not None),
+            grams,
+            templates,
+            order,
+            Rules(self.tolerance, self.max_iterations, warm),
             NO_PRUNING if pruning is None else pruning,
-            new_workspace(n, m),
+            new_workspace(templates.C.shape[1], len(grams.K)),
             Rows(*vars(batch).values()),
         )
-        return batch
 
     def _uncoupled(self, problem: Problem, reduction: Reduction) -> SolverResult:
         """Solve a lasso in w for lambda1 = 0 (then u = 0) or lambda3 = 0 (then Xu is the projection of w)."""

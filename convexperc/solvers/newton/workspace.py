@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.solvers.newton.lapack import Arguments, address, new_arguments
+from convexperc.solvers.newton.lapack import NUMBER, Arguments, address, new_arguments
 
 Z, Q, GW, KQ = 0, 1, 2, 3
 """Rows of a point: (w, t), (q, r), G w, and from `KQ` on K_i q; t_i = 2 ||u^i|| / lambda3, q = S(t)^-1 w,
@@ -144,11 +144,13 @@ class Workspace(NamedTuple):
 def new_workspace(n: int, m: int) -> Workspace:
     """Memory for n views and m modalities, in which nothing is known yet."""
     N = n + m
-    points, matrices, vectors = np.zeros((3, 3 + m, N)), np.zeros((7, N, N)), np.zeros((10, N))
+    numbers, integers = np.zeros((3 * (3 + m) + 7 * N + 10, N)), np.zeros(7 * N + 6, dtype=np.int64)
+    points, matrices, vectors = numbers[: 3 * (3 + m)], numbers[3 * (3 + m) : -10], numbers[-10:]
     vectors[LATEST_T, 0] = vectors[BASE_T, 0] = np.nan
-    sets = np.zeros((7, N), dtype=np.int64)
-    sets[VIEWS] = sets[BASE_VIEWS] = sets[MODEL_VIEWS] = np.arange(N)
+    sets, at = integers[: 7 * N].reshape(7, N), address(numbers)
+    sets[VIEWS : BASE_VIEWS + 1] = sets[MODEL_VIEWS] = np.arange(N)
+    matrices_at = at + NUMBER * points.size
     return Workspace(
-        points, matrices, vectors, sets, np.zeros(6, dtype=np.int64), address(points), address(matrices),
-        address(vectors), new_arguments(),
+        points.reshape(3, 3 + m, N), matrices.reshape(7, N, N), vectors, sets, integers[7 * N :], at,
+        matrices_at, matrices_at + NUMBER * matrices.size, new_arguments(),
     )  # fmt: skip

@@ -277,7 +277,7 @@ def ends_alone(module: ModuleType) -> Fraction:
     before = {name: vars(module)[name] for name in stubs}
     vars(module).update(stubs)
     module._bound_one(
-        None, SimpleNamespace(t=wild(1, 1), lambdas=None), Wild(1000), room_of(module), bounds, 0
+        None, SimpleNamespace(t=wild(1, 1), lambdas=None), Wild(1000), np.inf, room_of(module), bounds, 0
     )
     vars(module).update(before)
     return max(exact(bounds.lower[0]) - (lower - gap), gap + stored - exact(bounds.gap[0]))

@@ -36,7 +36,7 @@ LAMBDAS = (
 )
 """The last two are coupled: the lasso lies below F, and is not its optimum."""
 NOTICED = 1e-9
-PLAIN = ("AnswerBounds", "Case", "GramBounds", "in_range", "new_room", "value_bounds")
+PLAIN = ("AnswerBounds", "Cases", "GramBounds", "case_of", "in_range", "new_room", "value_bounds")
 
 
 def plain(module: ModuleType, *changes: tuple[str, str]) -> ModuleType:

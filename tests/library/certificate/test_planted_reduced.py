@@ -125,8 +125,9 @@ def judged(module: ModuleType, case: Case, gamma: float, signs: tuple[int, int])
     shared, c, target = disturbed(module, case, gamma, signs)
     bounds = module.AnswerBounds.unknown(1, case.problem.n, len(shared.K))
     data = c[None], np.array([target]), np.array([case.problem.lambdas])
-    room, point = module.new_room(case.problem.n, len(shared.K)), (case.w[None], case.t[None], case.q[None])
-    module.bound_reduced(shared, *data, *point, 1e-9, room, bounds)
+    cases = module.Cases(*data, case.w[None], case.t[None], case.q[None])
+    room = module.new_room(case.problem.n, len(shared.K))
+    module.bound_reduced(shared, cases, np.arange(1), 1e-9, np.array([np.inf]), room, bounds)
     return bounds
 
 
