@@ -112,11 +112,10 @@ class DataBounds:
         """
         if penalties.uncoupled and not self.independent:
             return np.zeros(self.data.p, dtype=bool)
-        wanted = [k for k, given in enumerate(penalties) if given != 0.0]
-        least, most = lambdas.min(axis=0)[wanted], lambdas.max(axis=0)[wanted]
-        if (least >= 1.0 / LARGEST_NUMBER).all() and (most <= LARGEST_NUMBER).all():
-            return self.data.sound
         inside = (lambdas >= 1.0 / LARGEST_NUMBER) & (lambdas <= LARGEST_NUMBER)
+        if inside.all():
+            return self.data.sound
+        wanted = [k for k, given in enumerate(penalties) if given != 0.0]
         return np.asarray(inside[:, wanted].all(axis=1) & self.data.sound)
 
     def of_points(
@@ -163,9 +162,10 @@ class DataBounds:
             enough = np.full(data.p, np.inf)
         cases = Cases(data.C, data.targets, lambdas, *points)
         tolerance = math.inf if tolerances is None else tolerances.relative
-        bounding_kernel(self.shared, cases, chosen, tolerance, enough, new_room(data.n, data.m), known)
-        if tolerances is None:
+        room = new_room(data.n, data.m)
+        if bounding_kernel(self.shared, cases, chosen, tolerance, enough, room, known) == 0:
             return known
+        assert tolerances is not None  # with an infinite tolerance none is missed
         met = tolerances.met(known.gap, known.lower, data.targets * SHORTENED) | (known.lower >= enough)
         missed = chosen[~met[chosen]]
         if missed.size and self.independent:  # tiny lambdas: rounding hides the dual point

@@ -211,8 +211,9 @@ def bound_reduced(shared, cases, order, tolerance, enough, room, bounds):
     """Fill in `bounds` for the templates of `order`.
 
     The search for a dual point ends with a gap within the relative `tolerance`, or a lower bound of at least
-    enough (p,).
+    enough (p,). Returns for how many templates it did not end so.
     """
+    missed = 0
     for k in range(order.size):
         j = order[k]
         bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
@@ -220,9 +221,11 @@ def bound_reduced(shared, cases, order, tolerance, enough, room, bounds):
             bounds.zero_views[j, a] = False
         for i in range(cases.T.shape[1]):
             bounds.zero_modalities[j, i] = False
-        case = case_of(cases, j)
+        case, found = case_of(cases, j), False
         if case.lambdas[0] > 0.0 and case.lambdas[2] > 0.0 and in_range(case):
-            _bound_one(shared, case, tolerance, enough[j], room, bounds, j)
+            found = _bound_one(shared, case, tolerance, enough[j], room, bounds, j)
+        missed += 0 if found else 1
+    return missed
 
 
 @no_type_check
@@ -250,9 +253,8 @@ def in_range(case):
 
 @no_type_check
 def _bound_one(shared, case, tolerance, enough, room, bounds, j):
-    """Bound one template's optimum and gap by the dual point that suffices (Lemma R48)."""
-    value = value_bounds(shared, case, room)
-    best = np.inf
+    """Bound one template's optimum and gap by the dual point that suffices (Lemma R48); whether one does."""
+    value, best, found = value_bounds(shared, case, room), np.inf, False
     for kind in range(3):
         if kind == 0:
             _coupling(shared, case, value, room)
@@ -263,11 +265,13 @@ def _bound_one(shared, case, tolerance, enough, room, bounds, j):
             _zeros(shared, case.lambdas, total, s, room, bounds, j)
         best = min(best, total)
         if best <= tolerance * value.lower or value.lower - best > enough:
+            found = True
             break
     for i in range(case.t.size):
         bounds.modality_norms[j, i] = case.t[i] * 0.5 * (room.low[i] + room.high[i])
     bounds.upper[j], bounds.gap[j] = value.upper, (best + value.stored) * (1.0 + 4 * U)
     bounds.lower[j] = max(0.0, (value.lower - best) - 8 * U * (value.lower + best) - UNDERFLOW_SUM)
+    return found
 
 
 @no_type_check

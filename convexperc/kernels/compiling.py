@@ -24,9 +24,10 @@ from convexperc.kernels.identity import called
 from convexperc.kernels.routines import Routine
 
 ADDRESS = numba_types.intp
-OUTER = {"error_model": "numpy", "no_cfunc_wrapper": True}
+OUTER = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
 INNER = {**OUTER, "no_cpython_wrapper": True}
-"""Options of a kernel, which is called from Python, and of what it calls."""
+"""Options of a kernel, which is called from Python, and of what it calls. Kernels allocate nothing; without
+Numba's counting of references to arrays they take less than half the time."""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import sys
 import types
 from collections.abc import Callable, Iterator
 from importlib import metadata
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -42,11 +43,15 @@ def digest(function: Callable[..., Any]) -> str:
 
 @functools.cache
 def _platform() -> tuple[str, ...]:
+    """How kernels are compiled, by what, and for which processor."""
     from llvmlite import binding  # noqa: PLC0415 - slow and optional
 
+    compiling = find_spec("convexperc.kernels.compiling")
+    assert compiling is not None
+    how = "".join(_code(compiling.loader.get_code(compiling.name)))  # type: ignore[union-attr]
     versions = tuple(f"{name} {metadata.version(name)}" for name in PACKAGES)
     features = binding.get_host_cpu_features().flatten()
-    return *versions, sys.version, platform.platform(), binding.get_host_cpu_name(), features
+    return how, *versions, sys.version, platform.platform(), binding.get_host_cpu_name(), features
 
 
 def _parts(function: Callable[..., Any], seen: set[Callable[..., Any]]) -> Iterator[str]:
@@ -54,7 +59,7 @@ def _parts(function: Callable[..., Any], seen: set[Callable[..., Any]]) -> Itera
     seen.add(function)
     code = function.__code__
     yield f"{function.__module__}.{function.__qualname__}"
-    yield repr((code.co_code, code.co_consts, code.co_names, code.co_varnames, code.co_freevars))
+    yield from _code(code)
     for name, value in _globals(function):
         if isinstance(value, types.FunctionType):
             if value not in seen:
@@ -63,6 +68,16 @@ def _parts(function: Callable[..., Any], seen: set[Callable[..., Any]]) -> Itera
             yield f"{name} {value.__module__}.{value.__qualname__} {getattr(value, '_fields', ())}"
         elif not isinstance(value, types.ModuleType):
             yield f"{name} {_constant(value)}"
+
+
+def _code(code: types.CodeType) -> Iterator[str]:
+    """What a piece of code does, wherever its source lies."""
+    yield repr((code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars))
+    for value in code.co_consts:
+        if isinstance(value, types.CodeType):
+            yield from _code(value)
+        else:
+            yield _constant(value)
 
 
 def _constant(value: Any) -> str:

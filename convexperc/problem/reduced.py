@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from convexperc.problem.arrays import BLOCK
 from convexperc.problem.library import (
     SAFE_SQUARE,
     TemplateLibrary,
@@ -145,6 +146,9 @@ def _exponent(reduction: Reduction) -> tuple[int, bool]:
 
 def _products(reduction: Reduction, library: TemplateLibrary) -> Float[np.ndarray, "p n"]:
     """Row j is X o_j; the first pass over a library also measures it."""
+    if library.measured and library.O.size <= BLOCK:
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            return reduction.product(np.asarray(library.O, dtype=np.float64))
     C = np.empty((len(library), reduction.G.shape[0]))
     squares = None if library.measured else np.empty(len(library))
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):

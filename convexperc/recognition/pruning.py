@@ -60,7 +60,7 @@ def _pruning(batch: BatchSolver, ceiling: float, decision: Decision) -> Pruning:
 def _doubtful(batch: BatchSolver, decision: Decision) -> Int[np.ndarray, " k"]:
     """Templates that are neither excluded nor certified."""
     lower, upper = _costs(batch, decision)
-    return ((lower <= upper.min()) & ~batch.certified).nonzero()[0]
+    return np.asarray(((lower <= upper.min()) & ~batch.certified).nonzero()[0])
 
 
 def _estimate(batch: BatchSolver, decision: Decision) -> Float[np.ndarray, " p"]:

@@ -103,7 +103,7 @@ def factor(data, t, room, which):
                     row[b] += weight * K[i, a, b]
         for y in range(x, n):
             matrices[L, x, y] = row[views[y]]
-    if cholesky(room.matrices_at + NUMBER * L * N * N, n, N, room.arguments) != 0:
+    if cholesky(matrices[L], room.matrices_at + NUMBER * L * N * N, n, room.arguments) != 0:
         room.vectors[LATEST_T + which, 0] = np.nan
         return False
     for i in range(K.shape[0]):
@@ -117,8 +117,8 @@ def solve_coupling(room, which, x, n):
     N, row, views = room.vectors.shape[1], room.vectors[ROW], room.sets[VIEWS + which]
     for a in range(n):
         row[a] = x[views[a]]
-    factor_at = room.matrices_at + NUMBER * (LATEST + which) * N * N
-    cholesky_solve(factor_at, n, N, room.vectors_at + NUMBER * ROW * N, room.arguments)
+    L, L_at = room.matrices[LATEST + which], room.matrices_at + NUMBER * (LATEST + which) * N * N
+    cholesky_solve(L, L_at, n, row, room.vectors_at + NUMBER * ROW * N, room.arguments)
     for a in range(n):
         x[views[a]] = row[a]
 
@@ -141,9 +141,11 @@ def evaluate(data, room, p):
     q_at = point_at + NUMBER * Q * N
     for i in range(m):
         Kq_at = point_at + NUMBER * (KQ + i) * N
-        symmetric_times(data.K_at + NUMBER * i * n * n, n, n, q_at, Kq_at, arguments)
+        K, K_at = data.K[i], data.K_at + NUMBER * i * n * n
+        symmetric_times(K, K_at, n, point[Q], q_at, point[KQ + i], Kq_at, arguments)
         point[Q, n + i] = np.sqrt(max(0.0, inner(point[Q], point[KQ + i], q_at, Kq_at, n, arguments)))
-    symmetric_times(data.G_at, n, n, point_at, point_at + NUMBER * GW * N, arguments)
+    Gw_at = point_at + NUMBER * GW * N
+    symmetric_times(data.G, data.G_at, n, point[Z], point_at, point[GW], Gw_at, arguments)
     return True
 
 
@@ -156,7 +158,7 @@ def curve(data, room, which, target):
     for x in range(size):
         for y in range(x, size):
             matrices[SPARE, x, y] = matrices[LATEST + which, first + x, first + y]
-    cholesky_inverse(room.matrices_at + NUMBER * SPARE * N * N, size, N, room.arguments)
+    cholesky_inverse(matrices[SPARE], room.matrices_at + NUMBER * SPARE * N * N, size, room.arguments)
     for x in range(size):
         a = views[first + x]
         for y in range(x, size):
@@ -178,7 +180,8 @@ def set_base(data, t, room):
     for a in range(n):
         for b in range(n):
             matrices[BASE_FACTOR, a, b] = matrices[BASE_H, a, b]
-    if cholesky(room.matrices_at + NUMBER * BASE_FACTOR * N * N, n, N, room.arguments) != 0:
+    factor_at = room.matrices_at + NUMBER * BASE_FACTOR * N * N
+    if cholesky(matrices[BASE_FACTOR], factor_at, n, room.arguments) != 0:
         room.vectors[BASE_T, 0] = np.nan
         return False
     return True
@@ -205,7 +208,8 @@ def start_at_base(data, room, p):
     for a in range(n):
         vectors[START, a], vectors[GRADIENT, a] = 2.0 * data.c[a], -2.0 * data.c[a]
     factor_at = room.matrices_at + NUMBER * BASE_FACTOR * N * N
-    cholesky_solve(factor_at, n, N, room.vectors_at + NUMBER * START * N, room.arguments)
+    start_at = room.vectors_at + NUMBER * START * N
+    cholesky_solve(room.matrices[BASE_FACTOR], factor_at, n, vectors[START], start_at, room.arguments)
     for _ in range(START_SWEEPS):
         sweep(room, data.lambda2, n, n)
     minimise(room, data.lambda2, 0.0, n, n)

@@ -1,8 +1,8 @@
-"""BLAS and LAPACK for the kernels: matrices and vectors are given by their addresses in memory.
+"""BLAS and LAPACK for the kernels, and loops in their place where matrices are small.
 
-Of a symmetric matrix the upper triangle of a C-ordered array is read, which is Fortran's lower triangle; a
-factor L with A = LL' is stored as the rows of L'. `stride` is the length of a row in memory, of which a
-leading part is used.
+A matrix is given as an array, of which a leading block is used, and its address in memory; a vector as well.
+Of a symmetric matrix the upper triangle of the C-ordered array is read, which is Fortran's lower triangle; a
+factor L with A = LL' is stored as the rows of L'.
 """
 
 from typing import NamedTuple, no_type_check
@@ -30,7 +30,7 @@ ONE, ZERO, MINUS = 0, 8, 16
 UNBLOCKED_SIZE = 16
 """Largest triangle that is handed to dtrtri, which is slow; larger ones are halved."""
 SHORT = 16
-"""Vectors up to this length are summed in order, which takes less time than the call of a routine."""
+"""Up to this size loops take less time than the call of a routine."""
 
 
 class Arguments(NamedTuple):
@@ -67,37 +67,70 @@ def address(array: NDArray[np.generic]) -> int:
 
 
 @no_type_check
-def cholesky(A, n, stride, arguments):
-    """Factor the leading n x n block of A in place; returns LAPACK's info, 0 on success."""
-    integers, at = arguments.integers, arguments.at
-    integers[0], integers[1], integers[2] = n, stride, 0
-    POTRF(at + LOWER, at, A, at + 4, at + 8)
-    return integers[2]
+def cholesky(A, at, n, arguments):
+    """Factor the leading n x n block of A in place; returns 0 on success."""
+    return cholesky_extend(A, at, 0, n, arguments)
 
 
 @no_type_check
-def cholesky_extend(A, start, n, stride, arguments):
-    """Extend the factor of the leading `start` rows to the leading n; returns LAPACK's info, 0 on success."""
-    integers, at, numbers = arguments.integers, arguments.at, arguments.numbers_at
-    rest = A + NUMBER * (start * stride + start)
+def cholesky_extend(A, at, start, n, arguments):
+    """Extend the factor of the leading `start` rows to the leading n; returns 0 on success."""
+    if n <= SHORT:
+        return short_cholesky(A, start, n)
+    stride = A.shape[1]
+    integers, here, numbers = arguments.integers, arguments.at, arguments.numbers_at
+    rest = at + NUMBER * (start * stride + start)
+    integers[0], integers[1], integers[2], integers[3] = n - start, start, stride, 0
     if start > 0:
-        beside = A + NUMBER * start
-        integers[0], integers[1], integers[2] = n - start, start, stride
+        beside = at + NUMBER * start
         TRSM(
-            at + RIGHT, at + LOWER, at + TRANSPOSED, at + PLAIN, at, at + 4, numbers + ONE, A, at + 8,
-            beside, at + 8,
+            here + RIGHT, here + LOWER, here + TRANSPOSED, here + PLAIN, here, here + 4, numbers + ONE, at,
+            here + 8, beside, here + 8,
         )  # fmt: skip
-        SYRK(at + LOWER, at + PLAIN, at, at + 4, numbers + MINUS, beside, at + 8, numbers + ONE, rest, at + 8)
-    return cholesky(rest, n - start, stride, arguments)
+        SYRK(
+            here + LOWER, here + PLAIN, here, here + 4, numbers + MINUS, beside, here + 8, numbers + ONE,
+            rest, here + 8,
+        )  # fmt: skip
+    POTRF(here + LOWER, here, rest, here + 8, here + 12)
+    return integers[3]
 
 
 @no_type_check
-def cholesky_solve(A, n, stride, x, arguments):
+def short_cholesky(A, start, n):
+    """`cholesky_extend` without a routine."""
+    for c in range(start, n):
+        for r in range(c + 1):
+            total = A[r, c]
+            for k in range(r):
+                total -= A[k, r] * A[k, c]
+            if r < c:
+                A[r, c] = total / A[r, r]
+            elif total > 0.0:
+                A[c, c] = np.sqrt(total)
+            else:
+                return c + 1
+    return 0
+
+
+@no_type_check
+def cholesky_solve(A, at, n, x, x_at, arguments):
     """Overwrite x by the solution of LL'y = x."""
-    integers, at = arguments.integers, arguments.at
-    integers[0], integers[1] = n, stride
-    TRSV(at + LOWER, at + PLAIN, at + PLAIN, at, A, at + 4, x, at + STEP)
-    TRSV(at + LOWER, at + TRANSPOSED, at + PLAIN, at, A, at + 4, x, at + STEP)
+    if n <= SHORT:
+        for r in range(n):
+            total = x[r]
+            for k in range(r):
+                total -= A[k, r] * x[k]
+            x[r] = total / A[r, r]
+        for r in range(n - 1, -1, -1):
+            total = x[r]
+            for k in range(r + 1, n):
+                total -= A[r, k] * x[k]
+            x[r] = total / A[r, r]
+        return
+    integers, here = arguments.integers, arguments.at
+    integers[0], integers[1] = n, A.shape[1]
+    TRSV(here + LOWER, here + PLAIN, here + PLAIN, here, at, here + 4, x_at, here + STEP)
+    TRSV(here + LOWER, here + TRANSPOSED, here + PLAIN, here, at, here + 4, x_at, here + STEP)
 
 
 @no_type_check
@@ -125,20 +158,53 @@ def triangle_inverse(A, n, stride, arguments):
 
 
 @no_type_check
-def cholesky_inverse(A, n, stride, arguments):
+def cholesky_inverse(A, at, n, arguments):
     """Overwrite the factor in the leading n x n block of A by the upper triangle of (LL')^-1."""
-    triangle_inverse(A, n, stride, arguments)
-    integers, at = arguments.integers, arguments.at
-    integers[0], integers[1], integers[2] = n, stride, 0
-    LAUUM(at + LOWER, at, A, at + 4, at + 8)
+    if n <= SHORT:
+        short_inverse(A, n)
+        return
+    triangle_inverse(at, n, A.shape[1], arguments)
+    integers, here = arguments.integers, arguments.at
+    integers[0], integers[1], integers[2] = n, A.shape[1], 0
+    LAUUM(here + LOWER, here, at, here + 4, here + 8)
 
 
 @no_type_check
-def symmetric_times(A, n, stride, x, y, arguments):
+def short_inverse(A, n):
+    """`cholesky_inverse` without a routine: R = L', then R^-1, then R^-1 R^-1'."""
+    for c in range(n):
+        A[c, c] = 1.0 / A[c, c]
+        for r in range(c):
+            total = 0.0
+            for k in range(r, c):
+                total += A[r, k] * A[k, c]
+            A[r, c] = -total * A[c, c]
+    for r in range(n):
+        for c in range(r, n):
+            total = 0.0
+            for k in range(c, n):
+                total += A[r, k] * A[c, k]
+            A[r, c] = total
+
+
+@no_type_check
+def symmetric_times(A, at, n, x, x_at, y, y_at, arguments):
     """Set y = A x for the leading n x n block of A."""
-    integers, at, numbers = arguments.integers, arguments.at, arguments.numbers_at
-    integers[0], integers[1] = n, stride
-    SYMV(at + LOWER, at, numbers + ONE, A, at + 4, x, at + STEP, numbers + ZERO, y, at + STEP)
+    if n <= SHORT:
+        for r in range(n):
+            y[r] = 0.0
+        for r in range(n):
+            total = A[r, r] * x[r]
+            for c in range(r + 1, n):
+                total += A[r, c] * x[c]
+                y[c] += A[r, c] * x[r]
+            y[r] += total
+        return
+    integers, here, numbers = arguments.integers, arguments.at, arguments.numbers_at
+    integers[0], integers[1] = n, A.shape[1]
+    SYMV(
+        here + LOWER, here, numbers + ONE, at, here + 4, x_at, here + STEP, numbers + ZERO, y_at, here + STEP
+    )
 
 
 @no_type_check

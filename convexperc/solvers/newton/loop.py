@@ -169,7 +169,10 @@ def pose(data, room, step):
     for k in range(n, N):
         vectors[START, size + k - n] = point[Z, k]
     start_at, h_at = room.vectors_at + NUMBER * START * N, room.vectors_at + NUMBER * GRADIENT * N
-    symmetric_times(room.matrices_at + NUMBER * H * N * N, M, N, start_at, h_at, room.arguments)
+    H_at = room.matrices_at + NUMBER * H * N * N
+    symmetric_times(
+        room.matrices[H], H_at, M, vectors[START], start_at, vectors[GRADIENT], h_at, room.arguments
+    )
     for x in range(size):
         vectors[GRADIENT, x] = slope(data, point, views[x]) - vectors[GRADIENT, x]
     for x in range(size, M):
@@ -276,12 +279,13 @@ def cold_start(data, room):
         point[Z, a] = data.c[a]
     A_at = room.matrices_at + NUMBER * SPARE * N * N
     w_at = room.points_at + NUMBER * CURRENT * (KQ + m) * N
-    if cholesky(A_at, n, N, arguments) == 0:
-        cholesky_solve(A_at, n, N, w_at, arguments)
+    if cholesky(A, A_at, n, arguments) == 0:
+        cholesky_solve(A, A_at, n, point[Z], w_at, arguments)
     ww = inner(point[Z], point[Z], w_at, w_at, n, arguments)
     q_at = w_at + NUMBER * Q * N
     for i in range(m):
-        symmetric_times(data.K_at + NUMBER * i * n * n, n, n, w_at, q_at, arguments)
+        K, K_at = data.K[i], data.K_at + NUMBER * i * n * n
+        symmetric_times(K, K_at, n, point[Z], w_at, point[Q], q_at, arguments)
         square = inner(point[Z], point[Q], w_at, q_at, n, arguments)
         point[Z, n + i] = 0.0
         if square > 0.0:

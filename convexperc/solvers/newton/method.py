@@ -146,10 +146,11 @@ class Newton:
         -------
         Batch
         """
-        batch = Batch.new(*C.shape, len(K))
+        p, n = C.shape
+        batch = Batch.new(p, n, len(K))
         if start is not None:
             batch.W[:], batch.T[:] = start.W, start.T
-        templates, order = Templates(np.ascontiguousarray(C), targets, lambdas), np.arange(len(C))
+        templates, order = Templates(np.ascontiguousarray(C), targets, lambdas), np.arange(p)
         self.fill(batch, Grams.of(G, K), templates, order, warm=start is not None, pruning=pruning)
         return batch
 

@@ -84,7 +84,7 @@ def factor_active(room):
         for x in range(max(y, kept), count):
             matrices[FACTOR, y, x] = matrices[H, k, sets[ORDER, x]]
     factor_at = room.matrices_at + NUMBER * FACTOR * N * N
-    if cholesky_extend(factor_at, kept, count, N, room.arguments) != 0:
+    if cholesky_extend(matrices[FACTOR], factor_at, kept, count, room.arguments) != 0:
         counts[FACTORED] = 0
         return False
     counts[FACTORED] = count
@@ -103,7 +103,7 @@ def solve_active(room, weight, n, M):
         k = sets[ORDER, x]
         vectors[VALUES, x] = -vectors[GRADIENT, k] - (weight * sets[SIGN, k] if k < n else 0.0)
     factor_at, values_at = room.matrices_at + NUMBER * FACTOR * N * N, room.vectors_at + NUMBER * VALUES * N
-    cholesky_solve(factor_at, count, N, values_at, room.arguments)
+    cholesky_solve(room.matrices[FACTOR], factor_at, count, vectors[VALUES], values_at, room.arguments)
     for k in range(M):
         vectors[END, k] = 0.0
     for x in range(count):
@@ -116,8 +116,9 @@ def update_active(room, weight, slack, n, M):
     """Drop unknowns of the wrong sign, add those whose gradient exceeds its bound; true if none changed."""
     sets, vectors, settled = room.sets, room.vectors, True
     N = vectors.shape[1]
-    end, image = room.vectors_at + NUMBER * END * N, room.vectors_at + NUMBER * IMAGE * N
-    symmetric_times(room.matrices_at + NUMBER * H * N * N, M, N, end, image, room.arguments)
+    end_at, image_at = room.vectors_at + NUMBER * END * N, room.vectors_at + NUMBER * IMAGE * N
+    H_at = room.matrices_at + NUMBER * H * N * N
+    symmetric_times(room.matrices[H], H_at, M, vectors[END], end_at, vectors[IMAGE], image_at, room.arguments)
     for k in range(M):
         gradient = vectors[GRADIENT, k] + vectors[IMAGE, k]
         if sets[SIGN, k] != 0:

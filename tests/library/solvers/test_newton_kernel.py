@@ -30,16 +30,15 @@ def positive(n: int, seed: int = 0) -> np.ndarray:
 @pytest.mark.parametrize("spare", [0, 3])
 def test_the_factor_the_solution_and_the_inverse(n, spare):
     A, y, arguments = positive(n), np.arange(1.0, n + 1), new_arguments()
-    stride = n + spare
-    room = np.zeros((n, stride))
+    room = np.zeros((n, n + spare))
     room[:, :n] = np.triu(A)
     at, x = address(room), y.copy()
     for start, stop in ((0, n // 3), (n // 3, n)):
-        assert start == stop or cholesky_extend(at, start, stop, stride, arguments) == 0, (start, stop)
+        assert start == stop or cholesky_extend(room, at, start, stop, arguments) == 0, (start, stop)
     assert np.allclose(np.triu(room[:, :n]).T, np.linalg.cholesky(A), rtol=1e-10, atol=1e-10), n
-    cholesky_solve(at, n, stride, address(y), arguments)
+    cholesky_solve(room, at, n, y, address(y), arguments)
     assert np.allclose(A @ y, x, rtol=1e-9), (A @ y, x)
-    cholesky_inverse(at, n, stride, arguments)
+    cholesky_inverse(room, at, n, arguments)
     assert np.allclose(np.triu(room[:, :n]), np.triu(np.linalg.inv(A)), rtol=1e-8, atol=1e-12), n
 
 
@@ -47,16 +46,17 @@ def test_the_factor_the_solution_and_the_inverse(n, spare):
 def test_products(n):
     rng, arguments = np.random.default_rng(n), new_arguments()
     A, x, y = positive(n), rng.normal(size=n), np.full(n, np.nan)
-    symmetric_times(address(A), n, n, address(x), address(y), arguments)
+    symmetric_times(A, address(A), n, x, address(x), y, address(y), arguments)
     assert np.allclose(y, A @ x, rtol=1e-12), (y, A @ x)
     found = inner(x, y, address(x), address(y), n, arguments)
     assert found == pytest.approx(x @ y, rel=1e-12, abs=1e-12)
 
 
 def test_what_is_not_positive_definite_is_refused():
-    A, arguments = np.diag([1.0, 2.0, -1.0, 4.0]), new_arguments()
-    assert cholesky_extend(address(A), 0, 2, 4, arguments) == 0
-    assert cholesky_extend(address(A), 2, 4, 4, arguments) != 0
+    for size in (4, 2 * SHORT):
+        A, arguments = np.diag([1.0, 2.0, -1.0, *[4.0] * (size - 3)]), new_arguments()
+        assert cholesky_extend(A, address(A), 0, 2, arguments) == 0
+        assert cholesky_extend(A, address(A), 2, size, arguments) != 0
 
 
 @pytest.mark.parametrize("seed", range(20))
