@@ -1,6 +1,7 @@
 """Strict reading of JSON, and atomic writing of files."""
 
 import json
+import math
 import os
 import secrets
 from collections.abc import Iterable, Mapping
@@ -11,8 +12,13 @@ from typing import Any
 from convexperc.errors import FileFormatError, InputError
 
 
-class _Constant(str):
-    """NaN, Infinity or -Infinity as written in the file: not JSON, and refused where a number is expected."""
+class NoFloat(str):
+    """A number as the file writes it that float64 does not hold: refused where a number is expected.
+
+    NaN and infinity, which are not JSON, and what float64 would turn into infinity or into 0.
+    """
+
+    __slots__ = ()
 
 
 def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
@@ -35,13 +41,20 @@ def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
     must = "must be a readable JSON file"
     try:
         text = Path(path).read_bytes().decode("utf-8-sig")
-        return file, json.loads(text, object_pairs_hook=once, parse_constant=_Constant)
+        return file, json.loads(text, object_pairs_hook=once, parse_constant=NoFloat, parse_float=_float)
     except FileFormatError:
         raise
     except OSError as problem:
         raise FileFormatError(file, value=problem.strerror, must=must, remedy="Check the path.") from None
     except (ValueError, RecursionError) as problem:
         raise FileFormatError(file, value=str(problem), must=must) from None
+
+
+def _float(text: str) -> float | NoFloat:
+    """The nearest float64 of a decimal number, if it is neither infinite nor 0 for another number."""
+    value = float(text)
+    lost = value == 0.0 and text.lower().partition("e")[0].strip("-0.")
+    return NoFloat(text) if lost or math.isinf(value) else value
 
 
 def placed(file: str, error: InputError) -> FileFormatError:

@@ -1,7 +1,7 @@
 """One template from problem to proof: normalise, solve, undo, certify; ball arithmetic where that misses."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -90,13 +90,22 @@ def solve(
         with np.errstate(all="ignore"):
             result = solver.solve(normal)
     except (SolverError, ArithmeticError, np.linalg.LinAlgError) as failure:
+        shown = _as_given(failure, problem) if isinstance(failure, SolverError) else failure
         if not escalate:
-            raise
-        reason = failure.value if isinstance(failure, SolverError) else failure
+            raise shown from failure.__cause__
+        reason = shown.value if isinstance(shown, SolverError) else shown
         nothing = np.zeros(problem.n), np.zeros(problem.d)
         result = SolverResult(*nothing, f"failed: {reason}", 0)
     timings = Timings(normalised - start, time.perf_counter() - normalised, 0.0)
     return certified(problem, scaling, solver.name, result, tolerances, escalate=escalate, timings=timings)
+
+
+def _as_given(failure: SolverError, problem: Problem) -> SolverError:
+    """The same error with the number that the caller gave: a solver sees the normalised one."""
+    if failure.what not in {field.name for field in fields(Problem)}:
+        return failure
+    value = getattr(problem, failure.what)
+    return type(failure)(failure.what, value=value, must=failure.must, remedy=failure.remedy)
 
 
 def certified(
