@@ -16,7 +16,7 @@ from convexperc import problem as problems
 from convexperc.cli import simulate as simulate_command
 from convexperc.cli.exits import CERTIFIED, exits
 from convexperc.cli.progress import working
-from convexperc.files import check_place, write_atomic, write_json
+from convexperc.files import check_apart, check_place, json_bytes, write_atomic
 from convexperc.report import tables
 
 FIRST_RUN = "working; the first run of an installation compiles, half a minute"
@@ -120,9 +120,8 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         raise typer.BadParameter("--references and --views go together")
     with working(FIRST_RUN):
         kind = None if figure is None else report.picture_kind(figure)
-        for file in (json, figure):
-            if file is not None:
-                check_place(file)
+        read = {"--references": references, "--views": views, "--configuration": configuration}
+        _check_outputs({"--json": json, "--picture": figure}, read)
         chosen = features.FeatureConfiguration()
         if configuration is not None:
             chosen = features.read_configuration(configuration)
@@ -132,11 +131,10 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
             seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
             decision=decide.value.replace("-", " "),
         )  # fmt: skip
-    if json is not None:
-        _write(json, report.recognition_record(found, chosen))
-    if figure is not None and kind is not None:
-        write_atomic(figure, report.recognition_picture(found, seen, kind))
-        typer.echo(f"wrote {figure}", err=True)
+        content = {} if json is None else {json: json_bytes(report.recognition_record(found, chosen))}
+        if figure is not None and kind is not None:
+            content[figure] = report.recognition_picture(found, seen, kind)
+    _write(content)
     out = tables.console()
     out.print(heading)
     tables.show_recognition(out, found)
@@ -172,18 +170,15 @@ def solve(
 ) -> bool:
     """Solve a problem file and certify the answer."""
     with working(FIRST_RUN):
-        for file in (json, proof):
-            if file is not None:
-                check_place(file)
+        _check_outputs({"--json": json, "--proof": proof}, {"PROBLEM": problem})
         asked = problems.read_problem(problem)
         if solver is SolverName.QP and not solvers.is_quadratic(asked.problem):
             raise typer.BadParameter("qp needs lambda3 = 0 or one-column modalities; use --solver conic")
         answer = solution.solve(asked.problem, _solver(solver), escalate=escalate)
-        proved = None if proof is None else report.proof_record(answer)
-    if json is not None:
-        _write(json, report.solution_record(answer), asked.id)
-    if proof is not None and proved is not None:
-        _write(proof, proved)
+        content = {} if json is None else {json: _record(report.solution_record(answer), asked.id)}
+        if proof is not None:
+            content[proof] = json_bytes(report.proof_record(answer))
+    _write(content)
     out = tables.console()
     found = answer.certificate
     out.print(tables.problem_line(asked.problem, asked.id))
@@ -202,14 +197,13 @@ def certify(
 ) -> bool:
     """Certify an answer from any source; only its w and u are used."""
     with working(FIRST_RUN):
-        if json is not None:
-            check_place(json)
+        _check_outputs({"--json": json}, {"PROBLEM": problem, "ANSWER": answer})
         asked = problems.read_problem(problem)
         point = problems.read_answer(answer, asked)
         found = certificate.certify(asked.problem, point.w, point.u)
         residual = problems.optimality_residual(asked.problem, point.w, point.u)
     if json is not None:
-        _write(json, report.certificate_record(found, residual), asked.id)
+        _write({json: _record(report.certificate_record(found, residual), asked.id)})
     out = tables.console()
     out.print(tables.problem_line(asked.problem, asked.id))
     tables.show_blocks(out, asked.problem, point.w, point.u, found, residual)
@@ -233,6 +227,20 @@ def _pictures(
     return heading, shown.references, shown.views
 
 
-def _write(path: Path, record: dict[str, Any], name: str | None = None) -> None:
-    write_json(path, record if name is None else {"id": name, **record})
-    typer.echo(f"wrote {path}", err=True)
+def _check_outputs(outputs: dict[str, Path | None], inputs: dict[str, Path | None]) -> None:
+    """Refuse outputs that cannot be written, or would replace an input or each other, before any work."""
+    check_apart(outputs, inputs=inputs)
+    for file in outputs.values():
+        if file is not None:
+            check_place(file)
+
+
+def _record(record: dict[str, Any], name: str | None) -> bytes:
+    """Return a record as JSON, with the id of its problem if that has one."""
+    return json_bytes(record if name is None else {"id": name, **record})
+
+
+def _write(content: dict[Path, bytes]) -> None:
+    for path, data in content.items():
+        write_atomic(path, data)
+        typer.echo(f"wrote {path}", err=True)

@@ -11,7 +11,7 @@ import typer
 from convexperc import simulation
 from convexperc.cli.exits import exits
 from convexperc.cli.progress import progress
-from convexperc.files import json_bytes
+from convexperc.files import check_apart, json_bytes
 
 app = typer.Typer(
     name="simulate",
@@ -97,6 +97,7 @@ def scene(
 ) -> bool:
     """Draw one scene that a file describes."""
     start = perf_counter()
+    check_apart({}, folders={"DIR": folder}, inputs={"FILE": description, "--meshes": meshes})
     known = None if meshes is None else simulation.read_meshes(meshes)
     asked = simulation.read_scene(description)
     written = simulation.write_scene(folder, asked, simulation.ImageSize(width, height), meshes=known)
@@ -128,6 +129,7 @@ def _write_set(
     meshes: Path | None,
 ) -> bool:
     start = perf_counter()
+    check_apart({}, folders={"DIR": folder}, inputs={"--meshes": meshes})
     known = None if meshes is None else simulation.read_meshes(meshes)
     names = simulation.OBJECTS_OF[kind] if objects is None else tuple(objects.split(","))
     request = simulation.Request(kind, seed, scenes, names, simulation.ImageSize(*size))

@@ -61,7 +61,8 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     if not settings.total:
         raise typer.BadParameter("at least one problem is needed: a run that checks nothing proves nothing")
     place, journal = json_file or resume, None
-    check_places(json=place)
+    begun = None if resume is None else _place(resume)
+    check_places({"the journal of --resume": begun}, json=place)
     if place is not None:
         with misuse("--json"):
             journal = _journal(resume or place, settings.head(made), reopen=resume is not None)

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from verification.commands.console import console
-from verification.commands.misuse import FAILED, OPEN, misuse
+from verification.commands.misuse import FAILED, OPEN, check_outputs, misuse
 from verification.commands.progress import progress
 from verification.commands.stored import attach, figures, read_stored
 
@@ -35,6 +35,15 @@ Stored = Annotated[
         dir_okay=False,
     ),
 ]
+REPORT = (
+    "report.html",
+    "report.md",
+    "report.json",
+    "junit.xml",
+    "SHA256SUMS",
+    "experiments/experiments.html",
+)
+"""Files of a report, besides the folder of its counterexamples."""
 Out = Annotated[Path, typer.Option(file_okay=False, help="Folder for everything that is written.")]
 
 
@@ -64,6 +73,7 @@ def run(
     record is stale; 2: misuse; 3: something required was left open.
     """
     options = _options(claim, profile, seed, jobs)
+    check_outputs(_kept(options, out), {"--experiments": experiments})
     with misuse("--experiments"):
         stored = read_stored(experiments)
     found = _gather(options, out)
@@ -103,6 +113,10 @@ def report(
     if evidence is not None and claim:
         raise typer.BadParameter("cannot be combined with --evidence", param_hint="--claim")
 
+    kept = {} if evidence else _kept(_options(claim, profile, seed, jobs), out)
+    files = kept | {f"{name} of --out": out / name for name in REPORT}
+    read = {"--experiments": experiments, "--evidence": evidence}
+    check_outputs(files, read, {"counterexamples of --out": out / "counterexamples"})
     with misuse("--experiments"):
         stored = read_stored(experiments)
     found = _read(evidence) if evidence else _gather(_options(claim, profile, seed, jobs), out)
@@ -149,19 +163,25 @@ def _gather(options: "Options", out: Path) -> "Run":
     from convexperc.files import check_place, write_json  # noqa: PLC0415 - keeps --help quick
     from verification.run.stages import gather  # noqa: PLC0415
 
-    name = "-".join([options.profile.name, str(options.seed), *options.claims])
-    kept = out / ".journal" / f"{name}.evidence.json"
+    kept, journal = _kept(options, out).values()
     with misuse("--out"):  # before the work, not after it
         kept.parent.mkdir(parents=True, exist_ok=True)
-        for place in (kept, kept.with_name(f"{name}.jsonl"), out / "report.html"):
+        for place in (kept, journal, out / "report.html"):
             check_place(place)
     with progress() as show:
-        found = gather(options, kept.with_name(f"{name}.jsonl"), show)
+        found = gather(options, journal, show)
         command = " ".join(["python -m verification", *_arguments(options)])
         found.evidence.settings = {"command": command} | found.evidence.settings
         write_json(kept, found.as_json())
     console().print(f"evidence: {kept}; 'report --evidence' renders it", highlight=False, markup=False)
     return found
+
+
+def _kept(options: "Options", out: Path) -> dict[str, Path]:
+    """Where a run keeps its evidence and its journal, by what they are."""
+    name = "-".join([options.profile.name, str(options.seed), *options.claims])
+    folder = out / ".journal"
+    return {"the evidence": folder / f"{name}.evidence.json", "the journal": folder / f"{name}.jsonl"}
 
 
 def _arguments(options: "Options") -> Iterator[str]:

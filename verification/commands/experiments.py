@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from verification.commands.console import console
-from verification.commands.misuse import OPEN, misuse
+from verification.commands.misuse import OPEN, check_outputs, misuse
 from verification.commands.progress import progress
 from verification.commands.stored import survey_table
 
@@ -78,6 +78,7 @@ def experiments(
     if photos is None and not simulate:
         raise typer.BadParameter("nothing is left to be judged", param_hint="--no-simulate")
     folder = cache or out / ".journal"
+    _check_outputs(out, folder, {"--simulation": simulation, "--case-study": case_study, "--photos": photos})
     with misuse("--out"):
         out.mkdir(parents=True, exist_ok=True)
         folder.mkdir(parents=True, exist_ok=True)
@@ -118,6 +119,15 @@ def experiments_pages(
     with misuse("--out"):
         pages = publish_packaged(out)
     _say(f"wrote {len(pages)} files into {out}")
+
+
+def _check_outputs(out: Path, cache: Path, inputs: dict[str, Path | None]) -> None:
+    """Refuse folders of pictures that lie where something is written, or where it would be read with them."""
+    from verification.experiments.record.record import NAME  # noqa: PLC0415 - keeps --help quick
+
+    files = {f"{name} of --out": out / name for name in (NAME, "experiments.html", "experiments.md")}
+    folders = {f"{name} of --out": out / name for name in ("figures", "sheets", ".journal/readings")}
+    check_outputs(files, inputs, folders | {"features of --cache": cache / "features"})
 
 
 def _drawn(folder: Path, seed: int, workers: int) -> tuple[Path, Path]:

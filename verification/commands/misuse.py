@@ -1,6 +1,6 @@
 """Exit codes, and errors of the caller as misuse: code 2, with the option that is to blame."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -26,11 +26,27 @@ def misuse(hint: str) -> Iterator[None]:
         raise typer.BadParameter(str(problem), param_hint=hint) from None
 
 
-def check_places(**places: Path | None) -> None:
-    """Refuse files that cannot be written, by the name of their option: before the work, not after it."""
+def check_places(inputs: Mapping[str, Path | None] | None = None, **places: Path | None) -> None:
+    """Refuse files that cannot be written, or are an input or one another: before the work, not after it.
+
+    `places` has them by the name of their option, `inputs` what is read.
+    """
     from convexperc.files import check_place  # noqa: PLC0415 - keeps --help quick
 
+    check_outputs({f"--{option}": place for option, place in places.items()}, inputs)
     for option, place in places.items():
         if place is not None:
             with misuse(f"--{option}"):
                 check_place(place)
+
+
+def check_outputs(
+    files: Mapping[str, Path | None],
+    inputs: Mapping[str, Path | None] | None = None,
+    folders: Mapping[str, Path | None] | None = None,
+) -> None:
+    """Refuse outputs that are an input or one another, see `convexperc.files.check_apart`."""
+    from convexperc.files import check_apart  # noqa: PLC0415 - keeps --help quick
+
+    with misuse("outputs"):
+        check_apart(files, folders=folders, inputs=inputs)

@@ -12,6 +12,9 @@ from verification.commands.misuse import check_places, misuse
 if TYPE_CHECKING:
     from verification.counterexamples.record import Record
 
+RECORDS = "counterexamples"
+"""Folder beside a report."""
+
 
 def replay(
     name: Annotated[str, typer.Argument(metavar="ID", help="Of a record, or its file.")],
@@ -29,7 +32,7 @@ def replay(
     from verification.checks.catalogue import CHECKS  # noqa: PLC0415
     from verification.counterexamples.replay import replay as again  # noqa: PLC0415
 
-    check_places(plot=plot)
+    check_places({"ID": _place(name, out)}, plot=plot)
     with misuse("--plot"):
         kind = None if plot is None else picture_kind(plot)
     with misuse("ID"):
@@ -51,10 +54,15 @@ def _record(name: str, out: Path) -> "Record":
     stored = {record.id: record for record in catalogue()}
     if name in stored:
         return stored[name]
-    kept = out / "counterexamples" / f"{name}.json"
-    for place in (Path(name), kept):
-        if place.is_file():
-            return load(place)
+    place = _place(name, out)
+    if place is not None:
+        return load(place)
     known = ", ".join(sorted(stored))
-    message = f"no record {name!r} in {kept.parent} and no such file; the catalogue has {known}"
+    message = f"no record {name!r} in {out / RECORDS} and no such file; the catalogue has {known}"
     raise typer.BadParameter(message, param_hint="ID")
+
+
+def _place(name: str, out: Path) -> Path | None:
+    """The file of that name, else that of the record beside the report in `out`; None if there is none."""
+    places = Path(name), out / RECORDS / f"{name}.json"
+    return next((place for place in places if place.is_file()), None)

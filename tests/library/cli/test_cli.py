@@ -3,10 +3,12 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -150,6 +152,52 @@ def test_bad_input_is_told_plainly(answered, tmp_path):
         assert result.stderr.startswith("error: "), result.stderr
         assert "Traceback" not in result.output
         assert result.stdout == "", result.stdout
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "solve q.json --json q.json",
+        "solve q.json --proof ./q.json",
+        "solve q.json --json link.json",
+        "solve q.json --json new.json --proof new.json",
+        "certify q.json a.json --json q.json",
+        "certify q.json a.json --json a.json",
+        "recognize --references references --views views --picture views/new.png",
+        "recognize --references references --views views --picture references/disc.png",
+        "recognize --references references --views views --json views/new.json",
+        "recognize --references references --views views --configuration quick.json --json quick.json",
+        "recognize --references references --views views --json new.svg --picture new.svg",
+        "recognize --sample --json new.svg --picture ./new.svg",
+        "simulate scene scene.json .",
+        "simulate scene scene.json set --meshes .",
+        "simulate physical views --meshes views",
+        "simulate case-study views/new --meshes views",
+    ],
+)
+def test_an_output_is_never_an_input_or_another_output(answered, folders, arguments, tmp_path, monkeypatch):
+    shutil.copytree(folders, tmp_path / "here")
+    monkeypatch.chdir(tmp_path / "here")
+    shutil.copy(answered[0], "q.json")
+    shutil.copy(answered[1], "a.json")
+    Path("link.json").symlink_to("q.json")
+    Path("scene.json").write_text(run("simulate", "example").stdout)
+    before = contents(tmp_path)
+    result = expect(2, run(*arguments.split()))
+    assert re.fullmatch(r"error: (--json|--proof|--picture|DIR) must .*; got '.*'.*\n", result.stderr), result
+    assert result.stdout == ""
+    assert contents(tmp_path) == before
+
+
+def test_nothing_is_written_where_one_of_two_outputs_cannot_be_made(folders, tmp_path, monkeypatch):
+    monkeypatch.setattr("convexperc.report.figure.draw", lambda *_: 1 / 0)
+    arguments = recognize_arguments(folders, "--json", tmp_path / "r.json", "--picture", tmp_path / "r.svg")
+    assert isinstance(run(*arguments).exception, ZeroDivisionError)
+    assert contents(tmp_path) == {}
 
 
 def test_recognize_ends_with_the_certificate(folders, tmp_path):

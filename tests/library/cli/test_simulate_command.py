@@ -73,7 +73,7 @@ def test_a_data_set_is_drawn_and_the_command_to_try_works(opengl, tmp_path):
         (["physical", "{}", "--scenes", 0], "scenes must lie in"),
         (["physical", "{}", "--width", 8], "size must be at least 32 pixels a side"),
         (["physical", "{}", "--seed", -1], "seed must lie in"),
-        (["case-study", "{}", "--meshes", "{}/absent"], "must be a readable folder"),
+        (["case-study", "{}", "--meshes", "{}-absent"], "must be a readable folder"),
         (["scene", "{}/absent.json", "{}/out"], "must be a readable JSON file"),
     ],
 )
