@@ -4,6 +4,7 @@ NumPy, OpenCV, scikit-image, Matplotlib and CVXPY take seconds to load. The pack
 a command needs them, so that ``--help`` answers at once.
 """
 
+import os
 from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
@@ -14,8 +15,10 @@ import typer
 from convexperc import certificate, features, recognition, report, solution, solvers
 from convexperc import problem as problems
 from convexperc.cli import simulate as simulate_command
-from convexperc.cli.exits import CERTIFIED, exits
+from convexperc.cli.exits import CERTIFIED, FAILURES, exits
+from convexperc.cli.program import Program
 from convexperc.cli.progress import working
+from convexperc.errors import escaped
 from convexperc.files import check_apart, check_place, json_bytes, write_atomic
 from convexperc.report import tables
 
@@ -24,10 +27,11 @@ FIRST_RUN = "working; the first run of an installation compiles, half a minute"
 EPILOG = (
     "Exit codes: 0 proved; 1 not proved (solve, certify: the answer is not certified; recognize: the answer"
     " for the label is not certified, or no label is proved because objects are undecided or tied); 2 the"
-    " input cannot be used; 70 an internal error; 130 interrupted."
+    f" input cannot be used; {FAILURES}"
 )
 app = typer.Typer(
     name="convexperc",
+    cls=Program,
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -64,17 +68,27 @@ def _print_version(wanted: bool) -> bool:
     return wanted
 
 
-@app.callback()
+CONVEXPERC_HELP = "Recognise an object from several robots' views, with a proof of how good the answer is."
+
+
+@app.callback(help=CONVEXPERC_HELP)
 def convexperc(
     version: Annotated[
         bool,
         typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
     ] = False,
 ) -> None:
-    """Recognise an object from several robots' views, with a proof of how good the answer is."""
+    """Run a command of ``convexperc``."""
 
 
-@app.command(epilog=EPILOG)
+RECOGNIZE_HELP = (
+    "Recognise the object that all views show.\n\n"
+    "Exit code 0 means that the answer for the label is certified and its optimum is proved to lie "
+    "below every other one. Whether the features distinguish the objects is not proved."
+)
+
+
+@app.command(help=RECOGNIZE_HELP, epilog=EPILOG)
 @exits
 def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     references: Annotated[
@@ -108,12 +122,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")
     ] = None,
 ) -> bool:
-    """Recognise the object that all views show.
-
-    Exit code 0 means that the answer for the label is certified
-    and its optimum is proved to lie below every other one.
-    Whether the features distinguish the objects is not proved.
-    """
+    """Run ``convexperc recognize``."""
     if sample == (references is not None or views is not None) or (scene is not None and not sample):
         raise typer.BadParameter("give --references and --views, or --sample (and optionally --scene)")
     if (references is None) != (views is None):
@@ -136,7 +145,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
             content[figure] = report.recognition_picture(found, seen, kind)
     _write(content)
     out = tables.console()
-    out.print(heading)
+    out.print(escaped(heading))
     tables.show_recognition(out, found)
     return found.certified and found.label is not None
 
@@ -148,7 +157,10 @@ def _solver(name: SolverName) -> "solvers.Solver":
     return solvers.Quadratic() if name is SolverName.QP else solvers.Conic()
 
 
-@app.command(epilog=EPILOG)
+SOLVE_HELP = """Solve a problem file and certify the answer."""
+
+
+@app.command(help=SOLVE_HELP, epilog=EPILOG)
 @exits
 def solve(
     problem: Problem,
@@ -168,7 +180,7 @@ def solve(
         ),
     ] = None,
 ) -> bool:
-    """Solve a problem file and certify the answer."""
+    """Run ``convexperc solve``."""
     with working(FIRST_RUN):
         _check_outputs({"--json": json, "--proof": proof}, {"PROBLEM": problem})
         asked = problems.read_problem(problem)
@@ -188,14 +200,17 @@ def solve(
     return found.certified
 
 
-@app.command(epilog=EPILOG)
+CERTIFY_HELP = """Certify an answer from any source; only its w and u are used."""
+
+
+@app.command(help=CERTIFY_HELP, epilog=EPILOG)
 @exits
 def certify(
     problem: Problem,
     answer: Annotated[Path, typer.Argument(metavar="ANSWER", help="Answer file (JSON) with w and u.")],
     json: Json = None,
 ) -> bool:
-    """Certify an answer from any source; only its w and u are used."""
+    """Run ``convexperc certify``."""
     with working(FIRST_RUN):
         _check_outputs({"--json": json}, {"PROBLEM": problem, "ANSWER": answer})
         asked = problems.read_problem(problem)
@@ -243,4 +258,4 @@ def _record(record: dict[str, Any], name: str | None) -> bytes:
 def _write(content: dict[Path, bytes]) -> None:
     for path, data in content.items():
         write_atomic(path, data)
-        typer.echo(f"wrote {path}", err=True)
+        typer.echo(f"wrote {escaped(os.fspath(path))}", err=True)

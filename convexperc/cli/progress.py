@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from convexperc.errors import escaped
+
 
 @contextmanager
 def progress(first: str, done: str) -> Iterator[tuple[Callable[[int], None], Callable[[str], None]]]:
@@ -27,7 +29,7 @@ def progress(first: str, done: str) -> Iterator[tuple[Callable[[int], None], Cal
             bar.update(task, total=steps)
 
         def step(name: str) -> None:
-            bar.update(task, description=f"{done} {name}", advance=1)
+            bar.update(task, description=escaped(f"{done} {name}"), advance=1)
 
         yield expect, step
 

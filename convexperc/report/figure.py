@@ -16,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from convexperc.errors import escaped
 from convexperc.features.decoding import MIN_SIDE
 from convexperc.features.pictures import Picture, resize
 from convexperc.recognition.decision import Decision
@@ -113,7 +114,9 @@ def _draw(sheet: _Sheet, recognition: Recognition, views: Mapping[str, Picture],
     _modalities(sheet, recognition.ranked_modalities()[:MOST_BARS], best)
     _objectives(sheet, recognition)
     if recognition.warnings:
-        warning = textwrap.shorten("Warning: " + " ".join(recognition.warnings), 165, placeholder=" …")
+        warning = textwrap.shorten(
+            "Warning: " + escaped(" ".join(recognition.warnings)), 165, placeholder=" …"
+        )
         sheet.text(MARGIN, sheet.height - 0.16, warning, 7.5, color=ALARM)
     stream = io.BytesIO()
     metadata = {"Date": None} if kind == "svg" else None
@@ -127,7 +130,7 @@ def _title(sheet: _Sheet, recognition: Recognition) -> None:
     if recognition.label is not None:
         head, color = _fitted(recognition.label, WIDTH - 2 * MARGIN, 21.0), INK
     sheet.text(MARGIN, 0.5, head, 19.0, weight="bold", color=color)
-    reason = textwrap.shorten(f"{verdict}: {recognition.reason}", 140, placeholder=" …")
+    reason = textwrap.shorten(escaped(f"{verdict}: {recognition.reason}"), 140, placeholder=" …")
     sheet.text(MARGIN, 0.78, reason, 10.0, color=QUIET)
     heading = f"Views by weight |w|, for {_fitted(recognition.candidates[0], 4.5, 10.0)}"
     if len(recognition.views) > sheet.shown:
@@ -208,7 +211,8 @@ def _digits(lower: float, upper: float) -> str:
 
 
 def _fitted(text: str, inches: float, size: float) -> str:
-    """Shorten a text in the middle to the given width in inches, at a font size in points."""
+    """Escape a name and shorten it in the middle to a width in inches, at a font size in points."""
+    text = escaped(text)
     room = max(5, math.floor(inches * 72 / (0.6 * size)))
     if len(text) <= room:
         return text

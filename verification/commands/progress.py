@@ -30,8 +30,8 @@ def progress() -> Iterator[Show]:
         return
     bars: dict[str, Any] = {}
     left = TimeRemainingColumn()
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), left
-    with Progress(*columns, TextColumn("{task.fields[note]}"), console=screen) as bar:
+    columns = TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), left
+    with Progress(*columns, TextColumn("{task.fields[note]}", markup=False), console=screen) as bar:
 
         def show(stage: str, done: int, total: int, note: str = "") -> None:
             if stage not in bars:

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from convexperc.files import write_atomic
 from verification.commands.claims import Out
-from verification.commands.console import console
+from verification.commands.console import console, say
 from verification.commands.misuse import check_places, misuse
 
 if TYPE_CHECKING:
@@ -16,6 +17,12 @@ RECORDS = "counterexamples"
 """Folder beside a report."""
 
 
+REPLAY_HELP = (
+    "Run one counterexample again in exact arithmetic, iteration by iteration.\n\n"
+    "Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale."
+)
+
+
 def replay(
     name: Annotated[str, typer.Argument(metavar="ID", help="Of a record, or its file.")],
     out: Out = Path("reports"),
@@ -23,11 +30,7 @@ def replay(
         Path | None, typer.Option(help="Also draw F by iteration: .svg or .png.", dir_okay=False)
     ] = None,
 ) -> None:
-    """Run one counterexample again in exact arithmetic, iteration by iteration.
-
-    Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale.
-    """
-    from convexperc.files import write_atomic  # noqa: PLC0415
+    """Run the command ``replay``."""
     from convexperc.report import picture_kind  # noqa: PLC0415 - keeps --help quick
     from verification.checks.catalogue import CHECKS  # noqa: PLC0415
     from verification.counterexamples.replay import replay as again  # noqa: PLC0415
@@ -37,10 +40,9 @@ def replay(
         kind = None if plot is None else picture_kind(plot)
     with misuse("ID"):
         result = again(_record(name, out), {check.name: check for check in CHECKS})
-    screen = console()
     for line in result.text():
-        screen.print(line, highlight=False, markup=False)
-    screen.print(result.table())
+        say(line)
+    console().print(result.table())
     if plot is not None and kind is not None:
         with misuse("--plot"):
             write_atomic(plot, result.plot(kind))

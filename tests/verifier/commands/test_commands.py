@@ -185,8 +185,9 @@ def test_a_fault_of_our_own_is_not_called_misuse(monkeypatch, tmp_path):
         raise KeyError("planted")
 
     monkeypatch.setattr(verification.run.stages, "all_arguments", faulty)
-    result = expect(1, run("run", "--claim", "N1", "--jobs", 1, "--out", tmp_path))
-    assert isinstance(result.exception, KeyError), result.exception
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    result = expect(70, run("run", "--claim", "N1", "--jobs", 1, "--out", tmp_path))
+    assert "internal error: KeyError: 'planted'" in result.stderr, result.stderr
 
 
 def test_a_report_is_written_whole_and_says_that_it_is_partial(judged):
