@@ -26,7 +26,8 @@ EXTRAS = PROJECT["optional-dependencies"]
 OWN = {"convexperc", "verification"}
 
 NEEDS_AN_EXTRA = {
-    "convexperc.report.figure": "draws with Matplotlib; `convexperc.report.picture` asks for it before",
+    "convexperc.report.canvas": "draws with Matplotlib; `convexperc.report.backend` asks for it before",
+    "convexperc.report.figure": "draws with Matplotlib; `convexperc.report.backend` asks for it before",
 }
 """Modules of the library that cannot be imported without an extra, and why."""
 

@@ -38,6 +38,7 @@ class Program(TyperGroup):
 
         Typer's own `main` would turn a broken pipe and an end of file into 1, which has a meaning here.
         """
+        backend = os.environ.pop("MPLBACKEND", None)  # no command uses it: see `convexperc.report.backend`
         for stream in (sys.stdout, sys.stderr):
             if hasattr(stream, "reconfigure"):
                 stream.reconfigure(errors="backslashreplace")
@@ -48,6 +49,8 @@ class Program(TyperGroup):
         except BaseException as error:
             code = _told(error)
         _settle(sys.stdout, sys.stderr)
+        if backend is not None:
+            os.environ["MPLBACKEND"] = backend
         sys.exit(code)
 
     def _run(self, name: str, arguments: list[str]) -> int:

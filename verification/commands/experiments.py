@@ -9,6 +9,7 @@ import typer
 
 from convexperc.errors import require
 from convexperc.files import check_apart, check_place
+from convexperc.simulation.backends import choose_backend
 from verification.commands.console import console, say
 from verification.commands.misuse import OPEN, misuse
 from verification.commands.progress import progress
@@ -66,6 +67,7 @@ def experiments(
     """Run the command ``experiments``."""
     if simulate and simulation is None:  # asked before the imports below, so that one line names both extras
         require("mujoco", "sim,verify", "drawing the scenes")
+        choose_backend()
     from verification.experiments.design import Design  # noqa: PLC0415
     from verification.experiments.measure.configurations import first  # noqa: PLC0415
     from verification.experiments.record.reading import read_experiments  # noqa: PLC0415

@@ -336,6 +336,19 @@ def test_a_file_that_cannot_be_written_is_misuse_before_the_work(command, work, 
     assert not begun
 
 
+def test_what_cannot_be_drawn_ends_with_one_line_that_blames_no_option(monkeypatch, tmp_path):
+    monkeypatch.setenv("MUJOCO_GL", "glfw")
+    result = expect(2, run("experiments", "--out", tmp_path / "new"))
+    assert result.stderr.startswith("error: MUJOCO_GL must be egl, osmesa or unset; got 'glfw'."), (
+        result.stderr
+    )
+    assert len(result.stderr.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr("verification.commands.experiments.choose_backend", lambda: "egl")
+    result = expect(2, run("experiments", "--out", tmp_path / "new"))
+    assert result.stderr.splitlines()[-1].startswith("error: MUJOCO_GL must be"), result.stderr
+
+
 @pytest.mark.parametrize(
     "arguments",
     [
