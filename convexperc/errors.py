@@ -1,7 +1,6 @@
 """The exceptions: each states what is wrong, its value, the condition violated, and a remedy."""
 
 import importlib.util
-import pickle
 import re
 from typing import Any
 
@@ -44,6 +43,8 @@ class ConvexpercError(Exception):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the named parts, so that an error can be raised across processes."""
+        import pickle  # noqa: PLC0415 - rarely needed, and not at once
+
         value = self.value
         try:
             pickle.dumps(value)

@@ -2,7 +2,6 @@
 
 import json
 import os
-import secrets
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -69,7 +68,7 @@ def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
         See `check_place`; or writing fails, for example because the disk is full.
     """
     place = check_place(path)
-    beside = place.with_name(f".{secrets.token_hex(6)}.part")
+    beside = place.with_name(f".{os.urandom(6).hex()}.part")
     try:
         try:
             with beside.open("xb") as stream:

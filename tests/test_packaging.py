@@ -15,6 +15,7 @@ from interpreter import Interpreter
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+import convexperc as convexperc_package
 from convexperc.files import write_json
 from convexperc.problem.files import problem_record
 from convexperc.problem.problem import Problem
@@ -130,6 +131,10 @@ def verifier(python):
 def refusal(what, module, extra):
     missing = f"""got ModuleNotFoundError("No module named '{module}'")"""
     return f"error: {what} needs {module}; {missing}. Install it: pip install 'convexperc[{extra}]'.\n"
+
+
+def test_the_version_is_one():
+    assert convexperc_package.__version__ == PROJECT["version"]
 
 
 def test_what_is_left_out_is_what_the_extras_bring():

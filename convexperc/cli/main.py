@@ -6,13 +6,12 @@ a command needs them, so that ``--help`` answers at once.
 
 import os
 from enum import StrEnum
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from convexperc import certificate, features, recognition, report, solution, solvers
+from convexperc import __version__, certificate, features, recognition, report, solution, solvers
 from convexperc import problem as problems
 from convexperc.cli import simulate as simulate_command
 from convexperc.cli.exits import CERTIFIED, FAILURES, exits
@@ -20,7 +19,6 @@ from convexperc.cli.program import Program
 from convexperc.cli.progress import working
 from convexperc.errors import escaped
 from convexperc.files import check_apart, check_place, json_bytes, write_atomic
-from convexperc.report import tables
 
 FIRST_RUN = "working; the first run of an installation compiles, half a minute"
 # Shown below the help of every command.
@@ -63,7 +61,7 @@ Problem = Annotated[Path, typer.Argument(metavar="PROBLEM", help="Problem file (
 
 def _print_version(wanted: bool) -> bool:
     if wanted:
-        typer.echo(f"convexperc {version('convexperc')}")
+        typer.echo(f"convexperc {__version__}")
         raise typer.Exit(CERTIFIED)
     return wanted
 
@@ -144,6 +142,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         if figure is not None and kind is not None:
             content[figure] = report.recognition_picture(found, seen, kind)
     _write(content)
+    tables = report.tables
     out = tables.console()
     out.print(escaped(heading))
     tables.show_recognition(out, found)
@@ -191,6 +190,7 @@ def solve(
         if proof is not None:
             content[proof] = json_bytes(report.proof_record(answer))
     _write(content)
+    tables = report.tables
     out = tables.console()
     found = answer.certificate
     out.print(tables.problem_line(asked.problem, asked.id))
@@ -219,6 +219,7 @@ def certify(
         residual = problems.optimality_residual(asked.problem, point.w, point.u)
     if json is not None:
         _write({json: _record(report.certificate_record(found, residual), asked.id)})
+    tables = report.tables
     out = tables.console()
     out.print(tables.problem_line(asked.problem, asked.id))
     tables.show_blocks(out, asked.problem, point.w, point.u, found, residual)

@@ -8,13 +8,13 @@ import tempfile
 import traceback
 from collections.abc import Sequence
 from contextlib import suppress
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
 import typer
 from typer.core import TyperGroup
 
+from convexperc import __version__
 from convexperc.cli.exits import (
     BROKEN_STREAM,
     CERTIFIED,
@@ -102,9 +102,7 @@ def _fault(error: BaseException) -> list[str]:
     """Write the traceback to a file of its own, or give it where that cannot be."""
     told = f"internal error: {type(error).__name__}: {error}"
     trace = "".join(traceback.format_exception(error))
-    versions = (
-        f"convexperc {version('convexperc')}, Python {platform.python_version()}, {platform.platform()}"
-    )
+    versions = f"convexperc {__version__}, Python {platform.python_version()}, {platform.platform()}"
     try:
         number, place = tempfile.mkstemp(prefix="convexperc-fault-", suffix=".txt")
         with os.fdopen(number, "w", encoding="utf-8", errors="backslashreplace") as stream:

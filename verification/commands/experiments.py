@@ -9,7 +9,6 @@ import typer
 
 from convexperc.errors import require
 from convexperc.files import check_apart, check_place
-from convexperc.simulation.backends import choose_backend
 from verification.commands.console import console, say
 from verification.commands.misuse import OPEN, misuse
 from verification.commands.progress import progress
@@ -65,9 +64,11 @@ def experiments(
     ] = None,
 ) -> None:
     """Run the command ``experiments``."""
+    from convexperc.simulation import backends as simulation_backends  # noqa: PLC0415 - keeps --help quick
+
     if simulate and simulation is None:  # asked before the imports below, so that one line names both extras
         require("mujoco", "sim,verify", "drawing the scenes")
-        choose_backend()
+        simulation_backends.choose_backend()
     from verification.experiments.design import Design  # noqa: PLC0415
     from verification.experiments.measure.configurations import first  # noqa: PLC0415
     from verification.experiments.record.reading import read_experiments  # noqa: PLC0415

@@ -356,12 +356,26 @@ def child(code, *arguments, **options):
     )
 
 
-def test_help_does_not_load_the_slow_libraries():
+SLOW = ("asyncio", "cv2", "cvxpy", "flint", "jaxtyping", "matplotlib", "numba", "numpy", "osqp", "PIL")
+SLOW = (*SLOW, "rich.progress", "scipy", "skimage")
+"""Modules that take from 0.01 s to seconds to load."""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "slow"),
+    [
+        (["--help"], SLOW),
+        (["recognize", "--help"], SLOW),
+        (["simulate", "physical", "--help"], SLOW),
+        (["--version"], (*SLOW, "rich", "importlib.metadata")),
+        (["recognize", "--sample"], ("cvxpy", "flint", "matplotlib", "osqp", "rich.progress", "mujoco")),
+    ],
+)
+def test_a_command_loads_what_it_needs_alone(arguments, slow):
     code = (
-        "import atexit\nslow = ('numpy', 'cvxpy', 'cv2', 'skimage', 'matplotlib', 'scipy', 'osqp')\n"
-        "atexit.register(lambda: print('loaded:', [name for name in slow if name in sys.modules]))"
+        f"import atexit\natexit.register(lambda: print('loaded:', [n for n in {slow} if n in sys.modules]))"
     )
-    done = child(code, "--help")
+    done = child(code, *arguments)
     assert done.returncode == 0, done
     assert done.stdout.endswith("loaded: []\n"), done.stdout
 

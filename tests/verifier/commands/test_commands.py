@@ -344,7 +344,7 @@ def test_what_cannot_be_drawn_ends_with_one_line_that_blames_no_option(monkeypat
     )
     assert len(result.stderr.splitlines()) == 1
     assert not list(tmp_path.iterdir())
-    monkeypatch.setattr("verification.commands.experiments.choose_backend", lambda: "egl")
+    monkeypatch.setattr("convexperc.simulation.backends.choose_backend", lambda: "egl")
     result = expect(2, run("experiments", "--out", tmp_path / "new"))
     assert result.stderr.splitlines()[-1].startswith("error: MUJOCO_GL must be"), result.stderr
 
