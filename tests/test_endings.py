@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ import convexperc
 import verification
 from convexperc.cli.main import app as library
 from convexperc.cli.program import Program
-from convexperc.errors import InputError, MissingExtraError, SolverError
+from convexperc.errors import InputError, MissingExtraError, SlowWarning, SolverError
 from convexperc.files import write_json
 from convexperc.problem.files import problem_record
 from convexperc.problem.problem import Problem
@@ -59,16 +60,21 @@ def python(arguments, folder, *options, **streams):
     return subprocess.run(command, check=False, cwd=folder, env=ENVIRONMENT, text=True, **streams)
 
 
-def ended(error, program=Program):
-    """What a command that raises `error` prints, and its exit code."""
-    app = typer.Typer(cls=program, pretty_exceptions_enable=False)
+def ended(act):
+    """What a command that does this prints, and its exit code."""
+    app = typer.Typer(cls=Program, pretty_exceptions_enable=False)
+    app.command("one")(act)
+    app.command("other")(lambda: None)
+    return CliRunner().invoke(app, ["one"])
 
-    @app.command()
-    def one():
+
+def raised(error):
+    """The same where it raises."""
+
+    def act():
         raise error
 
-    app.command()(lambda: None)
-    return CliRunner().invoke(app, ["one"])
+    return ended(act)
 
 
 @pytest.mark.parametrize(
@@ -89,7 +95,7 @@ def ended(error, program=Program):
     ids=lambda value: type(value).__name__,
 )  # fmt: skip
 def test_what_a_command_raises_is_a_code_and_one_line(error, code, line):
-    done = ended(error)
+    done = raised(error)
     assert done.exit_code == code, done
     assert done.stderr == ("" if line is None else f"{line}\n")
     assert done.stdout == ""
@@ -108,7 +114,7 @@ def test_what_a_command_raises_is_a_code_and_one_line(error, code, line):
 )
 def test_a_fault_is_70_with_a_line_and_the_traceback_in_a_file(error, tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    done = ended(error)
+    done = raised(error)
     assert done.exit_code == 70, done
     told, report = done.stderr.splitlines()
     assert told.startswith(f"internal error: {type(error).__name__}: "), told
@@ -122,10 +128,24 @@ def test_a_fault_is_70_with_a_line_and_the_traceback_in_a_file(error, tmp_path, 
 
 def test_a_fault_is_told_in_full_where_no_file_can_be_written(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "none"))
-    done = ended(ZeroDivisionError("planted"))
+    done = raised(ZeroDivisionError("planted"))
     assert done.exit_code == 70, done
     assert "Traceback (most recent call last)" in done.stderr
     assert done.stderr.rstrip().endswith("ZeroDivisionError: planted"), done.stderr
+
+
+@pytest.mark.parametrize(
+    ("category", "line"),
+    [(SlowWarning, r"warning: slow\n"), (RuntimeWarning, r"warning: RuntimeWarning: slow\n")],
+    ids=["ours", "another"],
+)
+def test_a_warning_is_one_line_without_a_place_in_the_code(category, line):
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        before = warnings.filters, warnings.showwarning
+        done = ended(lambda: warnings.warn("slow\n", category, stacklevel=1))
+        assert (warnings.filters, warnings.showwarning) == before
+    assert (done.exit_code, done.stderr) == (0, line + "\n")
 
 
 def test_both_programs_end_that_way():

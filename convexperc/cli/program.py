@@ -6,8 +6,9 @@ import select
 import sys
 import tempfile
 import traceback
-from collections.abc import Sequence
-from contextlib import suppress
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
@@ -38,19 +39,14 @@ class Program(TyperGroup):
 
         Typer's own `main` would turn a broken pipe and an end of file into 1, which has a meaning here.
         """
-        backend = os.environ.pop("MPLBACKEND", None)  # no command uses it: see `convexperc.report.backend`
-        for stream in (sys.stdout, sys.stderr):
-            if hasattr(stream, "reconfigure"):
-                stream.reconfigure(errors="backslashreplace")
-        try:
-            code = self._run(prog_name or _called(), list(sys.argv[1:] if args is None else args))
-            if sys.stdout is not None:
-                sys.stdout.flush()
-        except BaseException as error:
-            code = _told(error)
+        with _surroundings():
+            try:
+                code = self._run(prog_name or _called(), list(sys.argv[1:] if args is None else args))
+                if sys.stdout is not None:
+                    sys.stdout.flush()
+            except BaseException as error:
+                code = _told(error)
         _settle(sys.stdout, sys.stderr)
-        if backend is not None:
-            os.environ["MPLBACKEND"] = backend
         sys.exit(code)
 
     def _run(self, name: str, arguments: list[str]) -> int:
@@ -60,6 +56,30 @@ class Program(TyperGroup):
         except typer.Exit as end:
             return int(end.exit_code)
         return CERTIFIED
+
+
+@contextmanager
+def _surroundings() -> Iterator[None]:
+    """What a command finds: streams that can print all names, no backend, and warnings in one line."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    backend, shown = os.environ.pop("MPLBACKEND", None), warnings.showwarning
+    warnings.showwarning = _warn
+    try:
+        yield
+    finally:
+        warnings.showwarning = shown
+        if backend is not None:
+            os.environ["MPLBACKEND"] = backend
+
+
+def _warn(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
+    """Print a warning; that of another library with its kind."""
+    ours = category.__module__.partition(".")[0] == "convexperc"
+    typer.echo(
+        escaped(f"warning: {message}" if ours else f"warning: {category.__name__}: {message}"), err=True
+    )
 
 
 def _called() -> str:
