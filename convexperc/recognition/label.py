@@ -7,11 +7,11 @@ from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
+from convexperc import enclosure
 from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.lambda_max import zero_is_optimal
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
-from convexperc.enclosure.enclosure import enclose, finite_start
 from convexperc.errors import RobotNameError, StartError
 from convexperc.problem.arrays import euclidean_length
 from convexperc.problem.library import checked_names
@@ -259,8 +259,8 @@ def _narrowed(found: Recognition) -> Recognition:
         problem = found.answers.problem(j)
         data = problem.o.tobytes()
         if data not in known:
-            start = finite_start(found.answers.w[j], found.answers.u(j))
-            tight = enclose(
+            start = enclosure.finite_start(found.answers.w[j], found.answers.u(j))
+            tight = enclosure.enclose(
                 problem, relative_tolerance=NARROWEST_WIDTH, absolute_tolerance=NARROWEST_WIDTH, start=start
             )
             known[data] = tight.lower, tight.upper

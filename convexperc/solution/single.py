@@ -5,10 +5,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from convexperc import enclosure
 from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.certificate import Certificate, Certifier
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
-from convexperc.enclosure.enclosure import certify_in_balls, enclose, finite_start
 from convexperc.errors import InputError, SolverError
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.formulation import residuals
@@ -191,10 +191,10 @@ def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVecto
 
 def _escalate(problem: Problem, answer: _Answer) -> _Answer:
     """The better of two points, certified in ball arithmetic: the enclosure's own, and the answer's."""
-    point = finite_start(answer.w, answer.u)
-    found, before = enclose(problem, start=point), answer.certificate
-    own = _Answer(found.w, found.u, certify_in_balls(problem, found, before))
+    point = enclosure.finite_start(answer.w, answer.u)
+    found, before = enclosure.enclose(problem, start=point), answer.certificate
+    own = _Answer(found.w, found.u, enclosure.certify_in_balls(problem, found, before))
     if point is None:
         return own
-    kept = _Answer(*point, certify_in_balls(problem, found, before, point))
+    kept = _Answer(*point, enclosure.certify_in_balls(problem, found, before, point))
     return own if own.better_than(kept) else kept
