@@ -17,7 +17,6 @@ import numpy as np
 DECIDING = (
     "numpy",
     "scipy",
-    "scikit-image",
     "opencv-python-headless",
     "pillow",
     "clarabel",

@@ -2,18 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
-from skimage.feature import local_binary_pattern
 
 from convexperc.features import color, extraction, hog, lbp
 from convexperc.features import pictures as images
 from verification.faults.fault import Fault, Plant, everywhere, replaced, wrapped
-
-skimage_hog, skimage_lbp = (import_module(f"skimage.feature.{name}") for name in ("_hog", "texture"))
-"""Where scikit-image computes; `skimage.feature` has functions of these names."""
 
 
 def _configured(module: Any, name: str, **values: Callable[[Any], Any]) -> Plant:
@@ -27,24 +22,16 @@ def _configured(module: Any, name: str, **values: Callable[[Any], Any]) -> Plant
     return replaced(module, name, describe)
 
 
-def _patterns(
-    gray: Any, configuration: Any, *, points: int = 0, radius: float = 0.0, rim: bool = True, levels: int = 1
-) -> Any:
-    """The histogram of patterns with other points, radius, rim or levels of gray."""
-    codes = local_binary_pattern(  # type: ignore[no-untyped-call]
-        gray // levels,
-        P=configuration.lbp_points + points,
-        R=configuration.lbp_radius + radius,
-        method=configuration.lbp_method,
-    )
-    margin = configuration.lbp_margin if rim else 0
-    inner = codes[margin : codes.shape[0] - margin, margin : codes.shape[1] - margin].astype(np.int64)
-    counts = np.bincount(inner.ravel(), minlength=configuration.lbp_bins)[: configuration.lbp_bins]
-    return counts.astype(np.float64)
+def _with_one_neighbour_more(gray: Any, configuration: Any) -> Any:
+    """The histogram of P + 1 neighbours, cut to the length of that of P."""
+    points, uniform = configuration.lbp_points + 1, configuration.lbp_method == "uniform"
+    more = replace(configuration, lbp_points=points, lbp_bins=points + 2 if uniform else 2**points)
+    return PATTERNS(gray, more)[: configuration.lbp_bins]
 
 
-def _described(**changes: Any) -> Plant:
-    return replaced(lbp, "lbp_histogram", lambda gray, settings: _patterns(gray, settings, **changes))
+def _with_the_rim(gray: Any, configuration: Any) -> Any:
+    """The histogram of all pixels, in front of black."""
+    return PATTERNS(np.pad(gray, configuration.lbp_margin), configuration)
 
 
 def _brighter(image: Any) -> Any:
@@ -69,25 +56,19 @@ def _rows_doubled(found: Any, *arguments: Any) -> Any:
     return 2.0 * found[0], found[1]
 
 
-def _of_the_negative(setter: Any) -> None:
-    """Codes of the negative: a bit is 1 where a neighbour is no brighter, inside of scikit-image."""
-    original = skimage_lbp._local_binary_pattern
-    setter.setattr(skimage_lbp, "_local_binary_pattern", lambda image, *a: original(-image, *a))
-
-
-HISTOGRAM = color.color_histogram
+HISTOGRAM, PATTERNS, COMPARE = color.color_histogram, lbp.lbp_histogram, lbp._compare
 
 PICTURE = (
     Fault(
-        "the image library doubles one half of the gradient",
+        "HOG with one half of the gradient doubled",
         "B5/hog",
-        wrapped(skimage_hog, "_hog_channel_gradient", _rows_doubled),
+        wrapped(hog, "_gradient", _rows_doubled),
         may=("B5/partition",),
     ),
     Fault(
-        "the image library compares the wrong way round",
+        "LBP with neighbours compared the wrong way round",
         "B5/lbp",
-        _of_the_negative,
+        replaced(lbp, "_compare", lambda values, *rest: COMPARE(-values, *rest)),
     ),
     Fault(
         "red and blue exchanged",
@@ -125,25 +106,25 @@ PICTURE = (
     Fault(
         "LBP of gray values in 16 levels",
         "B5/lbp",
-        _described(levels=16),
+        replaced(lbp, "lbp_histogram", lambda gray, settings: PATTERNS(gray // 16, settings)),
         may=("B5/partition",),
     ),
     Fault(
         "LBP with a radius one larger",
         "B5/lbp",
-        _described(radius=1.0),
+        _configured(lbp, "lbp_histogram", lbp_radius=lambda c: c.lbp_radius + 1.0),
         may=("B5/partition",),
     ),
     Fault(
         "LBP with one neighbour more",
         "B5/lbp",
-        _described(points=1),
+        replaced(lbp, "lbp_histogram", _with_one_neighbour_more),
         may=("B5/partition",),
     ),
     Fault(
         "LBP with the rim of the picture",
         "B5/lbp",
-        _described(rim=False),
+        replaced(lbp, "lbp_histogram", _with_the_rim),
         may=("B5/partition",),
     ),
     Fault(

@@ -1,0 +1,106 @@
+"""LBP and HOG are those of scikit-image, to the last bit."""
+
+import numpy as np
+import pytest
+from drawn_features import gray_views, records
+from hypothesis import given, settings
+from skimage.feature import hog, local_binary_pattern
+
+from convexperc.features import FeatureConfiguration, resize, to_gray
+from convexperc.features import hog as shape
+from convexperc.features import lbp as texture
+from convexperc.recognition.sample import sample_scene
+
+DEFAULT = FeatureConfiguration()
+
+
+def patterns_by_scikit_image(gray, configuration):
+    codes = local_binary_pattern(
+        gray, P=configuration.lbp_points, R=configuration.lbp_radius, method=configuration.lbp_method
+    )
+    margin = configuration.lbp_margin
+    inner = codes[margin:-margin, margin:-margin].astype(int)
+    return np.bincount(inner.ravel(), minlength=configuration.lbp_bins).astype(float)
+
+
+def gradients_by_scikit_image(gray, configuration):
+    return hog(
+        gray,
+        orientations=configuration.hog_orientations,
+        pixels_per_cell=configuration.hog_pixels_per_cell,
+        cells_per_block=configuration.hog_cells_per_block,
+        block_norm=configuration.hog_block_norm,
+        transform_sqrt=configuration.hog_transform_sqrt,
+    )
+
+
+def differences(gray, configuration):
+    """Of which modality some value is not scikit-image's."""
+    found = {
+        "lbp": texture.lbp_histogram(gray, configuration),
+        "hog": shape.hog_descriptor(gray, configuration),
+    }
+    expected = {
+        "lbp": patterns_by_scikit_image(gray, configuration),
+        "hog": gradients_by_scikit_image(gray, configuration),
+    }
+    return [modality for modality in found if found[modality].tobytes() != expected[modality].tobytes()]
+
+
+def ramp(down, across):
+    rows, columns = np.mgrid[:128, :128]
+    return (down * rows + across * columns).astype(np.uint8)
+
+
+RANDOM = np.random.default_rng(7)
+DOTS = np.full((128, 128), 77, np.uint8)
+DOTS[RANDOM.integers(0, 128, 300), RANDOM.integers(0, 128, 300)] = RANDOM.integers(0, 256, 300)
+PICTURES = {
+    "noise": RANDOM.integers(0, 256, (128, 128), dtype=np.uint8),
+    "faint noise": RANDOM.integers(100, 103, (128, 128), dtype=np.uint8),
+    "dots": DOTS,
+    "black and white": RANDOM.integers(0, 2, (128, 128), dtype=np.uint8) * np.uint8(255),
+    "tiles": np.kron(RANDOM.integers(0, 256, (16, 16), dtype=np.uint8), np.ones((8, 8), np.uint8)),
+    **{f"flat {value}": np.full((128, 128), value, np.uint8) for value in (0, 1, 3, 77, 200, 255)},
+    **{f"ramp {steps}": ramp(*steps) for steps in ((1, 0), (0, 1), (1, 1), (2, -1), (3, 7))},
+}
+
+
+@given(gray=gray_views(high=40), record=records())
+@settings(deadline=None, max_examples=150)
+def test_every_configuration_gives_the_values_of_scikit_image(gray, record):
+    configuration = FeatureConfiguration.from_dict(record)
+    fitted = resize(np.dstack([gray] * 3), configuration.working_size)[..., 0]
+    assert not differences(np.ascontiguousarray(fitted), configuration), record
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_flat_areas_edges_and_noise_give_the_values_of_scikit_image(name):
+    for method, bins in (("uniform", 26), ("nri_uniform", 24 * 23 + 3)):
+        configuration = FeatureConfiguration(lbp_method=method, lbp_bins=bins)
+        assert not differences(PICTURES[name], configuration), method
+
+
+def test_the_sample_has_the_values_of_scikit_image():
+    scene = sample_scene("red-car")
+    for name, picture in {**scene.views, **scene.references}.items():
+        gray = to_gray(resize(picture, DEFAULT.working_size))
+        assert not differences(gray, DEFAULT), name
+
+
+@pytest.mark.parametrize("size", [(131, 97), (9, 300), (300, 11), (64, 640)])
+def test_a_picture_in_bands_has_the_values_of_scikit_image(size, monkeypatch):
+    gray = np.random.default_rng(3).integers(0, 9, size, dtype=np.uint8) * np.uint8(28)
+    for radius, points, cell in ((1.0, 8, (2, 2)), (1.5, 16, (3, 5)), (3.3, 24, (8, 8))):
+        configuration = FeatureConfiguration(
+            working_size=size,
+            lbp_points=points,
+            lbp_radius=radius,
+            lbp_bins=points + 2,
+            hog_pixels_per_cell=cell,
+            hog_cells_per_block=(1, 1),
+        )
+        for band in (1, 1_000, 2**18):
+            monkeypatch.setattr(texture, "BAND", band)
+            monkeypatch.setattr(shape, "BAND", band, raising=False)
+            assert not differences(gray, configuration), (configuration, band)
