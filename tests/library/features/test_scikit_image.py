@@ -88,6 +88,16 @@ def test_the_sample_has_the_values_of_scikit_image():
         assert not differences(gray, DEFAULT), name
 
 
+def test_a_direction_at_the_edge_of_a_bin_belongs_to_the_bin_above():
+    for bins in range(2, 181):
+        step = 180.0 / bins
+        edges = np.array([[step * b for b in range(bins)]])
+        for degrees in (edges, np.nextafter(edges[:, 1:], 0.0)):
+            sums = np.zeros((1, 1, bins), np.float32)
+            shape._accumulate(np.ones(degrees.shape), degrees, 1, degrees.shape[1], step, sums)
+            assert (sums[0, 0, : degrees.shape[1]] == 1.0).all(), (bins, sums)
+
+
 @pytest.mark.parametrize("size", [(131, 97), (9, 300), (300, 11), (64, 640)])
 def test_a_picture_in_bands_has_the_values_of_scikit_image(size, monkeypatch):
     gray = np.random.default_rng(3).integers(0, 9, size, dtype=np.uint8) * np.uint8(28)
