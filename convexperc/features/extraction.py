@@ -14,8 +14,8 @@ from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
 from convexperc.features.parallel import available_cores, side_by_side
 from convexperc.features.pictures import Picture, Pictures, as_rgb, resize, to_gray
+from convexperc.features.recent import RecentFeatures, Row
 
-Row = Float[np.ndarray, " d"]
 BATCH = 2**26
 """Bytes of 8-bit pictures that are held at a time, or one picture."""
 COST = 16
@@ -25,7 +25,9 @@ LARGE = 2**18
 millisecond. With less to do each, they wait longer for the interpreter than they save."""
 
 
-def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Float[np.ndarray, "n d"]:
+def extract(
+    images: Iterable[object], configuration: FeatureConfiguration, *, recent: RecentFeatures | None = None
+) -> Float[np.ndarray, "n d"]:
     """Describe each view by its colour, shape and texture, several side by side on all cores.
 
     A picture is resized to the working size; R, G, B give the colour histogram, the gray values
@@ -38,6 +40,9 @@ def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Fl
         n >= 1 pictures of any sizes, gray, RGB or RGB and alpha (see `as_rgb`).
     configuration : FeatureConfiguration
         The parameters of the features.
+    recent : RecentFeatures, optional
+        Pictures that it has from the call before are not described again, and it keeps those of this one, the
+        last 64 MiB of them (`BATCH`). The result does not depend on it.
 
     Returns
     -------
@@ -62,7 +67,10 @@ def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Fl
             "images", value=images.shape, must="must be several pictures, not one", remedy=remedy
         )
     pictures = (as_rgb(image, f"images[{i}]") for i, image in enumerate(images))
-    rows = [row for batch in _batches(pictures) for row in _describe_all(batch, configuration)]
+    describe = partial(_describe_all, configuration=configuration)
+    rows: list[Row] = []
+    for batch in _batches(pictures):
+        rows += describe(batch) if recent is None else recent.rows(batch, configuration, describe)
     if not rows:
         raise FeatureError("images", value=rows, must="must hold at least one picture")
     matrix = np.stack(rows)
