@@ -1,7 +1,9 @@
 """The exceptions: each states what is wrong, its value, the condition violated, and a remedy."""
 
+import functools
 import importlib.util
 import pickle
+import warnings
 from typing import Any
 
 
@@ -111,6 +113,21 @@ class MissingExtraError(ConvexpercError, ImportError):
     """An optional package is needed; the remedy names the extra to install."""
 
 
+class SlowWarning(UserWarning):
+    """Something keeps this from being much faster; the message says what to do."""
+
+
+@functools.cache
+def warn_once(text: str) -> None:
+    """Say once in a process what makes it slow."""
+    warnings.warn(text, SlowWarning, stacklevel=2)
+
+
+def installed(module: str) -> bool:
+    """Whether a top-level package can be found; it is not imported."""
+    return importlib.util.find_spec(module) is not None
+
+
 def require(module: str, extra: str, what: str) -> None:
     """Raise if an optional package is not installed; call it before any work is done.
 
@@ -130,7 +147,7 @@ def require(module: str, extra: str, what: str) -> None:
     MissingExtraError
         The package is not installed.
     """
-    if importlib.util.find_spec(module) is None:
+    if not installed(module):
         missing = ModuleNotFoundError(f"No module named {module!r}", name=module)
         remedy = f"Install it: pip install 'convexperc[{extra}]'."
         raise MissingExtraError(what, value=missing, must=f"needs {module}", remedy=remedy)

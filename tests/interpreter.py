@@ -11,7 +11,7 @@ ROOT = Path(__file__).parent.parent
 
 LOOP = """
 import gc, json, os, sys
-import clarabel, cv2, cvxpy, flint, numba, osqp, scipy, typer
+import clarabel, cv2, cvxpy, flint, osqp, scipy, typer
 gc.freeze()
 
 for line in sys.stdin:

@@ -14,8 +14,10 @@ from convexperc.certificate.reduced import (
     LARGEST_NUMBER,
     UNDERFLOW_SUM,
     AnswerBounds,
+    Cases,
     GramBounds,
-    bound_reduced,
+    bounding_kernel,
+    new_room,
 )
 from convexperc.certificate.rounding import gamma
 from convexperc.certificate.tolerances import Tolerances
@@ -29,20 +31,20 @@ SHORTENED = 1.0 - 2.0**-20
 
 
 class Points(NamedTuple):
-    """Reduced answers to k templates, normalised.
+    """Reduced answers to p templates, normalised.
 
     Attributes
     ----------
-    W : float64 (k, n)
-    T : float64 (k, m)
+    W : float64 (p, n)
+    T : float64 (p, m)
         u_j^i = T_ji X_i' Q_j.
-    Q : float64 (k, n)
+    Q : float64 (p, n)
         The dual points are a = 2(X'w - o), b = -2 Q_j.
     """
 
-    W: Float[np.ndarray, "k n"]
-    T: Float[np.ndarray, "k m"]
-    Q: Float[np.ndarray, "k n"]
+    W: Float[np.ndarray, "p n"]
+    T: Float[np.ndarray, "p m"]
+    Q: Float[np.ndarray, "p n"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +77,10 @@ class DataBounds:
         data, g = self.data, self.shared.gamma
         if broken_assumption(data.n):
             return np.zeros(data.p), np.full(data.p, np.inf)
-        found = np.ldexp(data.targets, 2 * data.exponents)
+        found = data.library.lengths.squares
         lower, upper = found * (1.0 - g), found * (1.0 + g)
-        lower[~data.sound], upper[~data.sound] = 0.0, np.inf
+        if not data.sound.all():
+            lower[~data.sound], upper[~data.sound] = 0.0, np.inf
         return lower, upper
 
     @cached_property
@@ -110,53 +113,77 @@ class DataBounds:
         if penalties.uncoupled and not self.independent:
             return np.zeros(self.data.p, dtype=bool)
         inside = (lambdas >= 1.0 / LARGEST_NUMBER) & (lambdas <= LARGEST_NUMBER)
-        for k, given in enumerate(penalties):
-            if given == 0.0:
-                inside[:, k] = True
-        return np.asarray(inside.all(axis=1) & self.data.sound)
+        if inside.all():
+            return self.data.sound
+        wanted = [k for k, given in enumerate(penalties) if given != 0.0]
+        return np.asarray(inside[:, wanted].all(axis=1) & self.data.sound)
 
     def of_points(
         self,
         chosen: Int[np.ndarray, " k"],
-        lambdas: Float[np.ndarray, "k 3"],
+        lambdas: Float[np.ndarray, "p 3"],
         points: Points,
-        tolerances: Tolerances | None,
+        known: AnswerBounds,
         *,
+        tolerances: Tolerances | None,
         uncoupled: bool,
+        enough: Float[np.ndarray, " p"] | None = None,
     ) -> AnswerBounds:
-        """Bound F* and the gaps of answers to some templates.
+        """Bound F* and the gaps of answers to some of the p templates.
 
         Parameters
         ----------
         chosen : int (k,)
             The templates.
-        lambdas : float64 (k, 3)
+        lambdas : float64 (p, 3)
             In each template's own units.
         points : Points
+            Of all templates.
+        known : AnswerBounds
+            Of all templates; the rows of the chosen ones are overwritten.
         tolerances : Tolerances or None
             The search for a dual point ends with one that meets the relative one; None: with the first.
         uncoupled : bool
             Whether these lambdas make a lasso of the problem; see `Penalties`.
+        enough : float64 (p,), optional
+            Lower bounds of F* that settle what is asked, so that the search ends there too.
 
         Returns
         -------
         AnswerBounds
-            In normalised units.
+            `known`, in normalised units.
         """
         data = self.data
         if broken_assumption(data.n):
-            return AnswerBounds.unknown(chosen.size, data.n, data.m)
-        given = self.shared, data.C[chosen], data.targets[chosen], lambdas
+            return self._put(known, chosen, AnswerBounds.unknown(chosen.size, data.n, data.m))
         if uncoupled:
-            return bound_merged(self.distinct, *given, *points)
-        bounds = AnswerBounds.unknown(chosen.size, data.n, data.m)
-        bound_reduced(*given, *points, math.inf if tolerances is None else tolerances.relative, bounds)
-        if tolerances is None:
-            return bounds
-        missed = ~tolerances.met(bounds.gap, bounds.lower, given[2] * SHORTENED)
-        if not missed.any() or not self.independent:
-            return bounds
-        below = bound_merged(self.distinct, *given, *points)  # tiny lambdas: rounding hides the dual point
-        return bounds._replace(
-            lower=np.maximum(bounds.lower, below.lower), gap=np.minimum(bounds.gap, below.gap)
-        )
+            return self._put(known, chosen, self._merged(chosen, lambdas, points))
+        if enough is None:
+            enough = np.full(data.p, np.inf)
+        cases = Cases(data.C, data.targets, lambdas, *points)
+        tolerance = math.inf if tolerances is None else tolerances.relative
+        room = new_room(data.n, data.m)
+        if bounding_kernel(self.shared, cases, chosen, tolerance, enough, room, known) == 0:
+            return known
+        assert tolerances is not None  # with an infinite tolerance none is missed
+        met = tolerances.met(known.gap, known.lower, data.targets * SHORTENED) | (known.lower >= enough)
+        missed = chosen[~met[chosen]]
+        if missed.size and self.independent:  # tiny lambdas: rounding hides the dual point
+            below = self._merged(missed, lambdas, points)
+            known.lower[missed] = np.maximum(known.lower[missed], below.lower)
+            known.gap[missed] = np.minimum(known.gap[missed], below.gap)
+        return known
+
+    def _merged(
+        self, chosen: Int[np.ndarray, " k"], lambdas: Float[np.ndarray, "p 3"], points: Points
+    ) -> AnswerBounds:
+        """Bounds by the lasso over the distinct views."""
+        data = self.data
+        given = data.C[chosen], data.targets[chosen], lambdas[chosen]
+        return bound_merged(self.distinct, self.shared, *given, *(rows[chosen] for rows in points))
+
+    @staticmethod
+    def _put(known: AnswerBounds, chosen: Int[np.ndarray, " k"], found: AnswerBounds) -> AnswerBounds:
+        for mine, new in zip(known, found, strict=True):
+            mine[chosen] = new
+        return known

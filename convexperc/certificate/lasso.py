@@ -16,18 +16,19 @@ from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
 from convexperc.certificate.reduced import (
     UNDERFLOW_SUM,
     AnswerBounds,
-    Case,
+    Cases,
     GramBounds,
+    case_of,
     in_range,
     new_room,
     value_bounds,
 )
 from convexperc.certificate.rounding import U, gamma, smallest_eigenvalue
+from convexperc.kernels.kernel import Kernel
 from convexperc.problem.arrays import Matrix
 
 
@@ -93,25 +94,23 @@ def _floor(shared: GramBounds) -> float:
 
 
 @no_type_check
-@njit(cache=True)
-def bound_lasso(shared, floor, C, targets, lambdas, W, T, Q, bounds):
-    """Fill in `bounds` for every template: C (p, n), targets (p,), lambdas (p, 3), W, Q (p, n), T (p, m).
+def bound_lasso(shared, floor, cases, room, bounds):
+    """Fill in `bounds` for every template.
 
     Any point may be given; with lambda3 = 0, a good one has T = 1 and G Q about W, with lambda1 = 0, T = 0.
     """
-    p, n = C.shape
-    room = new_room(n, shared.K.shape[0])
-    for j in range(p):
+    for j in range(cases.C.shape[0]):
         bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
-        bounds.zero_views[j, :] = False
-        bounds.zero_modalities[j, :] = False
-        if floor > 0.0 and in_range(lambdas[j], W[j], T[j], Q[j]):
-            case = Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
+        for a in range(cases.W.shape[1]):
+            bounds.zero_views[j, a] = False
+        for i in range(cases.T.shape[1]):
+            bounds.zero_modalities[j, i] = False
+        case = case_of(cases, j)
+        if floor > 0.0 and in_range(case):
             _bound_one(shared, case, floor, room, bounds, j)
 
 
 @no_type_check
-@njit(cache=True)
 def _bound_one(shared, case, floor, room, bounds, j):
     """Bound one template's optimum and gap (Lemma R51)."""
     value = value_bounds(shared, case, room)
@@ -145,6 +144,16 @@ def _bound_one(shared, case, floor, room, bounds, j):
     bounds.lower[j] = max(0.0, (value.lower - gap) - 8 * U * (value.lower + gap) - UNDERFLOW_SUM)
 
 
+def _interpreted_seconds(shared: GramBounds, floor: float, cases: Cases, *rest: object) -> float:
+    """About what bounds take interpreted: a product with G and each K_i a template."""
+    p, n = cases.C.shape
+    return float(p * (3e-4 + 1e-6 * (shared.K.shape[0] + 1) * n * n))
+
+
+lasso_bounding_kernel = Kernel(bound_lasso, _interpreted_seconds, compile_seconds=3.0)
+"""`bound_lasso`, interpreted or compiled."""
+
+
 def bound_merged(
     distinct: Distinct,
     shared: GramBounds,
@@ -172,7 +181,8 @@ def bound_merged(
     """
     (p, n), m = C.shape, T.shape[1]
     bounds = AnswerBounds.unknown(p, n, m)
-    bound_lasso(shared, distinct.floor, C, targets, lambdas, W, T, Q, bounds)
+    cases = Cases(C, targets, lambdas, W, T, Q)
+    lasso_bounding_kernel(shared, distinct.floor, cases, new_room(n, m), bounds)
     if not distinct.repeated:
         return bounds
     k = distinct.counts.size
@@ -180,10 +190,8 @@ def bound_merged(
     sums = np.zeros((p, k))
     np.add.at(sums.T, distinct.place, W.T)
     alone = lambdas * np.array([0.0, 1.0, 0.0])
-    bound_lasso(
-        distinct.shared, distinct.floor, distinct.merged(C), targets, alone, sums, np.zeros((p, m)),
-        nothing, merged,
-    )  # fmt: skip
+    cases = Cases(distinct.merged(C), targets, alone, sums, np.zeros((p, m)), nothing)
+    lasso_bounding_kernel(distinct.shared, distinct.floor, cases, new_room(k, m), merged)
     gap = (bounds.upper - merged.lower) * (1.0 + 8 * U)
     zeros = merged.zero_views[:, distinct.place]
     return bounds._replace(lower=merged.lower, gap=gap, zero_views=zeros)

@@ -19,10 +19,10 @@ Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., section
 from typing import NamedTuple, no_type_check
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from convexperc.certificate.rounding import U
+from convexperc.kernels.kernel import Kernel
 
 LARGEST_NUMBER = 2.0**100
 """Numbers beyond this, or below its inverse and not 0, are left out here: products might underflow."""
@@ -155,6 +155,27 @@ class Case(NamedTuple):
     q: Floats
 
 
+class Cases(NamedTuple):
+    """p templates and their answers, normalised; see `Case`.
+
+    Attributes
+    ----------
+    C : float64 (p, n)
+    targets : float64 (p,)
+    lambdas : float64 (p, 3)
+    W : float64 (p, n)
+    T : float64 (p, m)
+    Q : float64 (p, n)
+    """
+
+    C: Floats
+    targets: Floats
+    lambdas: Floats
+    W: Floats
+    T: Floats
+    Q: Floats
+
+
 class Value(NamedTuple):
     """What is known of F at the point.
 
@@ -180,44 +201,50 @@ class Value(NamedTuple):
     linear: float
 
 
-@no_type_check
-@njit(cache=True)
-def new_room(n, m):
+def new_room(n: int, m: int) -> Room:
     """Room for n views and m modalities."""
-    return Room(
-        np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
-        np.empty((m, n)), np.empty((m, n)), np.empty(m), np.empty(m), np.empty(m), np.empty(m), np.empty(m),
-    )  # fmt: skip
+    return Room(*np.empty((7, n)), *np.empty((2, m, n)), *np.empty((5, m)))
 
 
 @no_type_check
-@njit(cache=True)
-def bound_reduced(shared, C, targets, lambdas, W, T, Q, tolerance, bounds):
-    """Fill in `bounds` for every template: C (p, n), targets (p,), lambdas (p, 3), W, Q (p, n), T (p, m)."""
-    p, n = C.shape
-    m = shared.K.shape[0]
-    room = new_room(n, m)
-    for j in range(p):
+def bound_reduced(shared, cases, order, tolerance, enough, room, bounds):
+    """Fill in `bounds` for the templates of `order`.
+
+    The search for a dual point ends with a gap within the relative `tolerance`, or a lower bound of at least
+    enough (p,). Returns for how many templates it did not end so.
+    """
+    missed = 0
+    for k in range(order.size):
+        j = order[k]
         bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
-        bounds.zero_views[j, :] = False
-        bounds.zero_modalities[j, :] = False
-        coupled = lambdas[j, 0] > 0.0 and lambdas[j, 2] > 0.0
-        if coupled and in_range(lambdas[j], W[j], T[j], Q[j]):
-            case = Case(C[j], targets[j], lambdas[j], W[j], T[j], Q[j])
-            _bound_one(shared, case, tolerance, room, bounds, j)
+        for a in range(cases.W.shape[1]):
+            bounds.zero_views[j, a] = False
+        for i in range(cases.T.shape[1]):
+            bounds.zero_modalities[j, i] = False
+        case, found = case_of(cases, j), False
+        if case.lambdas[0] > 0.0 and case.lambdas[2] > 0.0 and in_range(case):
+            found = _bound_one(shared, case, tolerance, enough[j], room, bounds, j)
+        missed += 0 if found else 1
+    return missed
 
 
 @no_type_check
-@njit(cache=True)
-def in_range(lambdas, w, t, q):
+def case_of(cases, j):
+    """Template j and its answer."""
+    return Case(cases.C[j], cases.targets[j], cases.lambdas[j], cases.W[j], cases.T[j], cases.Q[j])
+
+
+@no_type_check
+def in_range(case):
     """Whether t >= 0, and every number is 0 or far from overflow and underflow (Lemma R50)."""
+    lambdas, t = case.lambdas, case.t
     for k in range(3):
         if not (1.0 / LARGEST_NUMBER <= lambdas[k] <= LARGEST_NUMBER or lambdas[k] == 0.0):
             return False
     for i in range(t.size):
         if not 0.0 <= t[i] <= LARGEST_NUMBER:
             return False
-    for x in (w, q):
+    for x in (case.w, case.q):
         for k in range(x.size):
             if not abs(x[k]) <= LARGEST_NUMBER:
                 return False
@@ -225,11 +252,9 @@ def in_range(lambdas, w, t, q):
 
 
 @no_type_check
-@njit(cache=True)
-def _bound_one(shared, case, tolerance, room, bounds, j):
-    """Bound one template's optimum and gap by the dual point that suffices (Lemma R48)."""
-    value = value_bounds(shared, case, room)
-    best = np.inf
+def _bound_one(shared, case, tolerance, enough, room, bounds, j):
+    """Bound one template's optimum and gap by the dual point that suffices (Lemma R48); whether one does."""
+    value, best, found = value_bounds(shared, case, room), np.inf, False
     for kind in range(3):
         if kind == 0:
             _coupling(shared, case, value, room)
@@ -239,16 +264,17 @@ def _bound_one(shared, case, tolerance, room, bounds, j):
         if total < np.inf:
             _zeros(shared, case.lambdas, total, s, room, bounds, j)
         best = min(best, total)
-        if best <= tolerance * value.lower:
+        if best <= tolerance * value.lower or value.lower - best > enough:
+            found = True
             break
     for i in range(case.t.size):
         bounds.modality_norms[j, i] = case.t[i] * 0.5 * (room.low[i] + room.high[i])
     bounds.upper[j], bounds.gap[j] = value.upper, (best + value.stored) * (1.0 + 4 * U)
     bounds.lower[j] = max(0.0, (value.lower - best) - 8 * U * (value.lower + best) - UNDERFLOW_SUM)
+    return found
 
 
 @no_type_check
-@njit(cache=True)
 def _times(A, x, y):
     """Set y = A x for a symmetric A."""
     for a in range(y.size):
@@ -260,13 +286,11 @@ def _times(A, x, y):
 
 
 @no_type_check
-@njit(cache=True)
 def _square(x):
     return x * x
 
 
 @no_type_check
-@njit(cache=True)
 def _inner(x, y):
     total = 0.0
     for k in range(x.size):
@@ -275,7 +299,6 @@ def _inner(x, y):
 
 
 @no_type_check
-@njit(cache=True)
 def value_bounds(shared, case, room):
     """Bound F(w, u), and leave y, z, e, tau and the bounds of ||X_i'q|| in `room` (Lemma R41)."""
     c, target, lambdas, w, t, q = case
@@ -329,7 +352,6 @@ def value_bounds(shared, case, room):
 
 
 @no_type_check
-@njit(cache=True)
 def _coupling(shared, case, value, room):
     """b = -2 q, v = 2 y + 2 q (Lemma R45)."""
     w, q = case.w, case.q
@@ -345,7 +367,6 @@ def _coupling(shared, case, value, room):
 
 
 @no_type_check
-@njit(cache=True)
 def _slack(shared, case, value, by_sign, room):
     """v = 2 y - b cut to [-lambda2, lambda2], or -lambda2 sign(w_j); b = 2 y - v (Lemma R46)."""
     g, w, lambdas = shared.gamma, case.w, case.lambdas
@@ -369,7 +390,6 @@ def _slack(shared, case, value, by_sign, room):
 
 
 @no_type_check
-@njit(cache=True)
 def _gap(shared, case, value, room):
     """Bound F - D at (s a, s b); returns it with s, or infinity where no s > 0 is feasible (Lemma R47)."""
     w, t, target = case.w, case.t, case.target
@@ -405,7 +425,6 @@ def _gap(shared, case, value, room):
 
 
 @no_type_check
-@njit(cache=True)
 def _zeros(shared, lambdas, gap, s, room, bounds, j):
     """Mark the views and modalities that no optimum uses; see `screening.proved_zeros` (Lemma R49)."""
     root = 2.0 * np.sqrt(gap) * (1.0 + 2.0**-40)
@@ -417,3 +436,13 @@ def _zeros(shared, lambdas, gap, s, room, bounds, j):
         radius = root * np.sqrt(lambdas[0]) * shared.blocks[i] * (1.0 + 2.0**-40)
         if (s * room.reach[i] + radius) * (1.0 + 2.0**-40) < lambdas[2]:
             bounds.zero_modalities[j, i] = True
+
+
+def _interpreted_seconds(shared: GramBounds, cases: Cases, order: NDArray[np.int64], *rest: object) -> float:
+    """About what bounds take interpreted: some products with G and each K_i a template."""
+    n = cases.C.shape[1]
+    return float(order.size * (5e-4 + 3e-7 * (shared.K.shape[0] + 1) * n * n))
+
+
+bounding_kernel = Kernel(bound_reduced, _interpreted_seconds, compile_seconds=5.0)
+"""`bound_reduced`, interpreted or compiled."""

@@ -55,9 +55,11 @@ def real_array(
         raise error(
             name, value=source.shape, must=f"must have {ndim} dimension(s)", remedy="Check its shape."
         )
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         array = np.array(source, dtype=np.float64, order="C", copy=True)
-    bad = ~np.isfinite(array)
+        flat = array.reshape(-1)
+        square = float(flat @ flat)  # finite only if every entry is; an overflow is looked at below
+    bad = np.False_ if math.isfinite(square) else ~np.isfinite(array)
     if bad.any() and (finite or np.isfinite(source[bad].astype(np.longdouble)).any()):
         index = tuple(int(i) for i in np.argwhere(bad)[0])
         raise error(

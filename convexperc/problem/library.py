@@ -1,5 +1,6 @@
 """The known objects: a library of templates, checked and measured once, and used for many sets of views."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -187,20 +188,39 @@ class Lengths:
         Where the length is neither 0 nor out of the safe range.
     exponents : int (p,)
         k_j; 0 where the length is not sound.
+    doubled : int (p,)
+        2 k_j.
     targets : float64 (p,)
         ||o_j_||^2, to rounding.
+    squares : float64 (p,)
+        ||o_j||^2, to rounding.
+    largest : int
+        The largest k_j.
+    spread : float
+        The largest of the squares over the smallest, to rounding; infinity if a length is not sound.
+    units : float64 (p,)
+        2^(2 (k_j - largest)), so that units times the optima of normalised problems compare as F* do.
     """
 
     sound: Bool[np.ndarray, " p"]
     exponents: Int[np.ndarray, " p"]
+    doubled: Int[np.ndarray, " p"]
     targets: Float[np.ndarray, " p"]
+    squares: Float[np.ndarray, " p"]
+    largest: int
+    spread: float
+    units: Float[np.ndarray, " p"]
 
     @classmethod
     def of(cls, squares: Float[np.ndarray, " p"]) -> "Lengths":
         """Normalise the squared lengths ||o_j||^2."""
         sound = (squares > 1.0 / SAFE_SQUARE) & (squares < SAFE_SQUARE)
         exponents = length_exponents(np.where(sound, squares, 0.5))
-        return cls(sound, exponents, np.ldexp(squares, -2 * exponents))
+        targets, largest = np.ldexp(squares, -2 * exponents), int(exponents.max())
+        units = np.ldexp(1.0, 2 * (exponents - largest))
+        spread = float(squares.max() / squares.min()) if sound.all() else math.inf
+        doubled = 2 * exponents
+        return cls(sound, exponents, doubled, targets, np.ldexp(targets, doubled), largest, spread, units)
 
 
 def length_exponents(squares: Any) -> Any:

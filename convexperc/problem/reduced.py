@@ -3,6 +3,7 @@
 After this pass nothing of size d is needed until an answer's u is asked for.
 """
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -11,10 +12,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from convexperc.problem.arrays import BLOCK
 from convexperc.problem.library import (
     SAFE_SQUARE,
     TemplateLibrary,
-    length_exponents,
     squared_lengths,
 )
 from convexperc.problem.penalties import Penalties
@@ -83,12 +84,14 @@ class ReducedData:
         else:
             views = Views.of(X, modalities)
             library = TemplateLibrary.for_views(templates, names, views.modalities)
-        x, usable = _exponent(views.reduction)
-        C = _products(views.reduction, library)
+        reduction = views.reduction
+        x, usable = _exponent(reduction)
+        C = _products(reduction, library)
         lengths = library.lengths
         np.ldexp(C, -(x + lengths.exponents)[:, None], out=C)
-        G, K = np.ldexp(views.reduction.G, -2 * x), np.ldexp(views.reduction.K, -2 * x)
-        return cls(views, library, x, G, K, C, usable & lengths.sound, time.perf_counter() - began)
+        G, K = np.ldexp(reduction.G, -2 * x), np.ldexp(reduction.K, -2 * x)
+        sound = lengths.sound if usable else np.zeros_like(lengths.sound)
+        return cls(views, library, x, G, K, C, sound, time.perf_counter() - began)
 
     @property
     def n(self) -> int:
@@ -136,13 +139,16 @@ class ReducedData:
 
 def _exponent(reduction: Reduction) -> tuple[int, bool]:
     """x, and whether the Gram matrices can be used."""
-    largest = float(reduction.G.diagonal().max())
-    usable = 1.0 / SAFE_SQUARE < largest < SAFE_SQUARE and bool(np.isfinite(reduction.G).all())
-    return int(length_exponents(largest)) if usable else 0, usable
+    largest = max(reduction.G.diagonal().tolist())  # no other entry is larger, so that all are finite
+    usable = 1.0 / SAFE_SQUARE < largest < SAFE_SQUARE
+    return (math.frexp(largest)[1] + 1) // 2 if usable else 0, usable
 
 
 def _products(reduction: Reduction, library: TemplateLibrary) -> Float[np.ndarray, "p n"]:
     """Row j is X o_j; the first pass over a library also measures it."""
+    if library.measured and library.O.size <= BLOCK:
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            return reduction.product(np.asarray(library.O, dtype=np.float64))
     C = np.empty((len(library), reduction.G.shape[0]))
     squares = None if library.measured else np.empty(len(library))
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):

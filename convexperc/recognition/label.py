@@ -1,5 +1,6 @@
 """Which object is it: from the views and the templates to a label that is proved or not claimed."""
 
+import functools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypedDict, Unpack
@@ -72,6 +73,8 @@ class _Settings:
     @classmethod
     def of(cls, function: str, options: Options) -> "_Settings":
         """Fill in what is left out; an unknown option is refused as the function would."""
+        if not options:
+            return DEFAULT
         for name in options:
             if name not in Options.__annotations__:
                 known = ", ".join(Options.__annotations__)
@@ -86,6 +89,9 @@ class _Settings:
                 options.get("relative_tolerance", RELATIVE), options.get("absolute_tolerance", ABSOLUTE)
             ),
         )
+
+
+DEFAULT = _Settings(Decision.OBJECTIVE, prune=True, solver=None, escalate=True, tolerances=Tolerances())
 
 
 def recognize(
@@ -226,8 +232,13 @@ def decided_by(found: Recognition, decision: Decision | str) -> Recognition:
 def _robots(given: Sequence[str] | None, n: int) -> tuple[str, ...]:
     """As many names as robots, all different, or else the default ones."""
     if given is None:
-        return tuple(f"robot {i}" for i in range(1, n + 1))
+        return _numbered(n)
     return checked_names(given, n, RobotNameError, "views", "rows of X")
+
+
+@functools.lru_cache(maxsize=16)
+def _numbered(n: int) -> tuple[str, ...]:
+    return tuple(f"robot {i}" for i in range(1, n + 1))
 
 
 def _narrowed(found: Recognition) -> Recognition:
@@ -307,7 +318,7 @@ def decide(
 def _all_zero(answers: Answers) -> bool:
     """Whether w = u = 0 is proved to be an optimum for every template."""
     if (answers.upper < answers.bounds.squares[0]).any():
-        return False
+        return False  # the common case, decided at once
     proved, sound = answers.bounds.zero_is_optimal(answers.penalties), answers.data.sound
     if not proved[sound].all():
         return False
@@ -316,6 +327,8 @@ def _all_zero(answers: Answers) -> bool:
 
 def _norm_warning(answers: Answers, names: tuple[str, ...]) -> tuple[str, ...]:
     data = answers.data
+    if data.sound is data.library.lengths.sound and data.library.lengths.spread <= NORM_FACTOR**2:
+        return ()
     norms = np.sqrt(answers.bounds.squares[0])
     for j in (~data.sound).nonzero()[0].tolist():
         norms[j] = euclidean_length(data.library.template(j))

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -145,12 +146,12 @@ class Recognition:
     warnings: tuple[str, ...]
     decision: Decision = Decision.OBJECTIVE
 
-    @property
+    @cached_property
     def costs(self) -> Intervals:
         """Proved bounds of what decides, the lowest being best: F*, or F* / ||o||^2."""
         return cost_bounds(self.answers, self.decision)
 
-    @property
+    @cached_property
     def excluded(self) -> Bool[np.ndarray, " p"]:
         """Which templates are proved not to be the best."""
         lower, upper = self.costs
@@ -201,9 +202,12 @@ def _ranked(
 
 def cost_bounds(answers: Answers, decision: Decision) -> Intervals:
     """Bound what decides; squared lengths that the reduced data do not bound are computed one by one."""
+    if decision is Decision.OBJECTIVE:
+        return answers.lower, answers.upper
     data = answers.data
-    least, most = (bound.copy() for bound in answers.bounds.squares)
-    if decision is Decision.EXPLAINED_FRACTION:
+    least, most = answers.bounds.squares
+    if not data.sound.all():
+        least, most = least.copy(), most.copy()
         for j in (~data.sound).nonzero()[0].tolist():
             length = euclidean_length(data.library.template(j))
             if length == 0.0 or SMALLEST_SQUARED < length < 1.0 / SMALLEST_SQUARED:

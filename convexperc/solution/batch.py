@@ -21,7 +21,8 @@ from convexperc.solution.single import solve
 from convexperc.solution.solution import Solution
 from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton.loop import Pruning
-from convexperc.solvers.newton.method import Batch, Newton, Start, lassos
+from convexperc.solvers.newton.method import Batch, Newton, lassos
+from convexperc.solvers.newton.workspace import Grams, Templates
 
 SOLVER_PART = 0.3
 """Part of the relative tolerance that the solver is asked for; the rest is left to rounding."""
@@ -82,13 +83,9 @@ class BatchSolver:
         """
         data = bounds.data
         (p, n), m = data.C.shape, data.m
-        reduced = Batch(
-            np.zeros((p, n)), np.zeros((p, m)), np.zeros((p, n)), np.zeros(p, dtype=np.int64),
-            np.full((p, 2), np.nan),
-        )  # fmt: skip
         lambdas = data.normalised(penalties)
         batch = cls(
-            bounds, penalties, tolerances, lambdas, bounds.usable(penalties, lambdas), reduced,
+            bounds, penalties, tolerances, lambdas, bounds.usable(penalties, lambdas), Batch.new(p, n, m),
             AnswerBounds.unknown(p, n, m), start is not None,
         )  # fmt: skip
         if start is not None:
@@ -119,47 +116,58 @@ class BatchSolver:
         self.reduced.T[:] = np.where(np.isfinite(T), T, 0.0)
 
     def advance(self, chosen: Chosen, pruning: Pruning | None = None) -> None:
-        """Solve the chosen templates from the reduced data, and prove what can be proved.
+        """Solve the chosen templates from the reduced data, in this order, and prove what can be proved.
 
         With `pruning`, one that is seen to lie above its ceiling, or above an earlier one, is given up.
         """
         if chosen.size == 0:
             return
         began = time.perf_counter()
-        found = self._lassos(chosen) if self.penalties.uncoupled else self._newton(chosen, pruning)
+        if self.penalties.uncoupled:
+            self._lassos(chosen)
+        else:
+            self._newton(chosen, pruning)
         self.solving += time.perf_counter() - began
-        self.prove(chosen, found)
+        self.prove(chosen, enough=None if pruning is None else self._enough(chosen, pruning))
 
-    def _newton(self, chosen: Chosen, pruning: Pruning | None) -> Batch:
+    def _newton(self, chosen: Chosen, pruning: Pruning | None) -> None:
         """Newton's answers to the chosen templates; lambdas beyond which nothing changes are cut."""
         data = self.data
-        start = Start(self.reduced.W[chosen], self.reduced.T[chosen]) if self.warm else None
         solver = Newton(tolerance=max(SOLVER_PART * self.tolerances.relative, LEAST_TOLERANCE))
-        lambdas = np.minimum(self.normalised[chosen], [np.inf, ZERO_LAMBDA2, ZERO_LAMBDA3 * data.n])
-        return solver.batch(data.G, data.K, data.C[chosen], data.targets[chosen], lambdas, start, pruning)
+        lambdas = self.normalised
+        if float(lambdas.max()) > ZERO_LAMBDA2:  # the smallest of the limits
+            lambdas = np.minimum(lambdas, [np.inf, ZERO_LAMBDA2, ZERO_LAMBDA3 * data.n])
+        templates = Templates(data.C, data.targets, lambdas)
+        grams = Grams.of(data.G, data.K)
+        solver.fill(self.reduced, grams, templates, chosen, warm=self.warm, pruning=pruning)
 
-    def _lassos(self, chosen: Chosen) -> Batch:
+    def _lassos(self, chosen: Chosen) -> None:
         """The answers where the coupling costs nothing."""
-        distinct, lambdas = self.bounds.distinct, self.normalised[chosen]
+        distinct, lambdas, reduced = self.bounds.distinct, self.normalised[chosen], self.reduced
         C = distinct.merged(self.data.C[chosen])
-        W, Q = (distinct.spread(part) for part in lassos(distinct.shared.G, C, distinct.counts, lambdas))
-        T = np.full((chosen.size, self.data.m), 1.0 if lambdas[:, 0].any() else 0.0)
-        return Batch(W, T, Q, np.ones(chosen.size, dtype=np.int64), np.full((chosen.size, 2), np.nan))
+        found = lassos(distinct.shared.G, C, distinct.counts, lambdas)
+        reduced.W[chosen], reduced.Q[chosen] = (distinct.spread(part) for part in found)
+        reduced.T[chosen] = 1.0 if lambdas[:, 0].any() else 0.0
+        reduced.iterations[chosen] = 1
 
-    def prove(self, chosen: Chosen, found: Batch, *, thorough: bool = True) -> None:
-        """Keep what is found for the chosen templates together with its bounds.
+    def _enough(self, chosen: Chosen, pruning: Pruning) -> Float[np.ndarray, " p"]:
+        """Lower bounds of F* that exclude a template: the best one has the lowest F found."""
+        lowest = min(pruning.ceiling, float((pruning.units * self.reduced.gaps[:, 0])[chosen].min()))
+        return (1.0 + pruning.margin) * lowest / pruning.units
 
-        Without `thorough`, the first dual point is tried alone.
+    def prove(
+        self, chosen: Chosen, *, thorough: bool = True, enough: Float[np.ndarray, " p"] | None = None
+    ) -> None:
+        """Bound the reduced answers to the chosen templates.
+
+        Without `thorough`, the first dual point is tried alone. Lower bounds of at least `enough` settle what
+        is asked; nothing better is tried then.
         """
-        began, tolerances = time.perf_counter(), self.tolerances if thorough else None
-        proved = self.bounds.of_points(
-            chosen, self.normalised[chosen], Points(found.W, found.T, found.Q), tolerances,
-            uncoupled=self.penalties.uncoupled,
+        began, points = time.perf_counter(), Points(self.reduced.W, self.reduced.T, self.reduced.Q)
+        self.proved = self.bounds.of_points(
+            chosen, self.normalised, points, self.proved, tolerances=self.tolerances if thorough else None,
+            uncoupled=self.penalties.uncoupled, enough=enough,
         )  # fmt: skip
-        for mine, new in zip(self.proved, proved, strict=True):
-            mine[chosen] = new
-        for mine, new in zip(vars(self.reduced).values(), vars(found).values(), strict=True):
-            mine[chosen] = new
         self._changed()
         self.proving += time.perf_counter() - began
 
@@ -201,7 +209,7 @@ class BatchSolver:
     @cached_property
     def _values(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
         """lower, upper and gap on the original data; powers of two in the safe range are exact."""
-        shift, proved = 2 * self.data.exponents, self.proved
+        shift, proved = self.data.library.lengths.doubled, self.proved
         lower, upper, gap = (np.ldexp(x, shift) for x in (proved.lower, proved.upper, proved.gap))
         if not self.ready.all():
             lower[~self.ready], upper[~self.ready], gap[~self.ready] = 0.0, np.inf, np.inf

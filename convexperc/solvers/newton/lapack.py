@@ -1,144 +1,226 @@
-"""BLAS and LAPACK, callable from compiled loops without going through Python.
+"""BLAS and LAPACK for the kernels, and loops in their place where matrices are small.
 
-SciPy's routines are registered by name in the just-in-time compiler's symbol table, so that compiled code can
-be cached on disk: it refers to the name, not to an address in this process.
-
-Of a symmetric matrix the upper triangle of a C-ordered array is read, which is Fortran's lower triangle; a
-factor L with A = LL' is stored as the rows of L'. `stride` is the length of a row in memory, of which a
-leading part is used; `work` is an int32 array of at least 8 entries.
+A matrix is given as an array, of which a leading block is used, and its address in memory; a vector as well.
+Of a symmetric matrix the upper triangle of the C-ordered array is read, which is Fortran's lower triangle; a
+factor L with A = LL' is stored as the rows of L'.
 """
 
-from typing import no_type_check
+from typing import NamedTuple, no_type_check
 
 import numpy as np
-from llvmlite import binding
-from numba import njit, types
-from numba.extending import get_cython_function_address
+from numpy.typing import NDArray
 
+from convexperc.kernels.routines import Routine
 
-def _routine(library: str, name: str, arguments: int) -> types.ExternalFunction:
-    """Declare one of SciPy's routines, whose arguments are all pointers."""
-    symbol = f"convexperc_{name}"
-    binding.add_symbol(symbol, get_cython_function_address(f"scipy.linalg.{library}", name))
-    return types.ExternalFunction(symbol, types.void(*([types.voidptr] * arguments)))
-
-
-# Each routine by its LAPACK or BLAS name, with the number of its arguments.
-_POTRF = _routine("cython_lapack", "dpotrf", 5)  # A = LL'
-_TRTRI = _routine("cython_lapack", "dtrtri", 6)  # L^-1
-_LAUUM = _routine("cython_lapack", "dlauum", 5)  # L'L
-_SYMV = _routine("cython_blas", "dsymv", 10)  # A x, A symmetric
-_SYRK = _routine("cython_blas", "dsyrk", 10)  # C + a A A'
-_TRMM = _routine("cython_blas", "dtrmm", 11)  # L B or B L
-_TRSM = _routine("cython_blas", "dtrsm", 11)  # L^-1 B or B L^-1
-_TRSV = _routine("cython_blas", "dtrsv", 8)  # L^-1 x
-# Arguments of those routines are arrays of one entry, because they are passed by address.
-_LOWER, _LEFT, _RIGHT, _TRANSPOSED, _PLAIN = (np.array([ord(letter)], np.int32) for letter in "LLRTN")
-_UNIT_STEP = np.array([1], np.int32)  # the distance between entries of a vector in memory
-_ONE, _ZERO, _MINUS = np.array([1.0]), np.array([0.0]), np.array([-1.0])  # factors
+POTRF = Routine("cython_lapack", "dpotrf", 5)  # A = LL'
+TRTRI = Routine("cython_lapack", "dtrtri", 6)  # L^-1
+LAUUM = Routine("cython_lapack", "dlauum", 5)  # L'L
+SYMV = Routine("cython_blas", "dsymv", 10)  # A x, A symmetric
+SYRK = Routine("cython_blas", "dsyrk", 10)  # C + a A A'
+TRMM = Routine("cython_blas", "dtrmm", 11)  # L B or B L
+TRSM = Routine("cython_blas", "dtrsm", 11)  # L^-1 B or B L^-1
+TRSV = Routine("cython_blas", "dtrsv", 8)  # L^-1 x
+DOT = Routine("cython_blas", "ddot", 5, returns_number=True)
+NUMBER = 8
+"""Bytes of a float64."""
+# Offsets in bytes of the constants in `Arguments.integers` and in `Arguments.numbers`.
+LOWER = LEFT = 16
+RIGHT, TRANSPOSED, PLAIN, STEP = 20, 24, 28, 32
+ONE, ZERO, MINUS = 0, 8, 16
 UNBLOCKED_SIZE = 16
 """Largest triangle that is handed to dtrtri, which is slow; larger ones are halved."""
+SHORT = 16
+"""Up to this size loops take less time than the call of a routine."""
+
+
+class Arguments(NamedTuple):
+    """Memory for what the routines take by address: sizes, letters and factors.
+
+    Attributes
+    ----------
+    integers : int32 (16,)
+        Four sizes that change from call to call, the letters L, R, T, N and the step 1; then, as float64, the
+        numbers 1, 0 and -1.
+    at, numbers_at : int
+        Addresses of the sizes and of the numbers.
+    """
+
+    integers: NDArray[np.int32]
+    at: int
+    numbers_at: int
+
+
+ARGUMENTS = np.array([0, 0, 0, 0, *map(ord, "LRTN"), 1, *[0] * 7], dtype=np.int32)
+ARGUMENTS[10:].view(np.float64)[:] = 1.0, 0.0, -1.0
+
+
+def new_arguments() -> Arguments:
+    """The constants in place."""
+    integers = ARGUMENTS.copy()
+    at = address(integers)
+    return Arguments(integers, at, at + 40)
+
+
+def address(array: NDArray[np.generic]) -> int:
+    """Where the first entry of an array lies, for as long as the array exists."""
+    return int(array.__array_interface__["data"][0])
 
 
 @no_type_check
-@njit(cache=True)
-def cholesky(A, n, stride, work):
-    """Factor the leading n x n block of A in place; returns LAPACK's info, 0 on success."""
-    work[0], work[1], work[2] = n, stride, 0
-    _POTRF(_LOWER.ctypes, work.ctypes, A.ctypes, work[1:].ctypes, work[2:].ctypes)
-    return work[2]
+def cholesky(A, at, n, arguments):
+    """Factor the leading n x n block of A in place; returns 0 on success."""
+    return cholesky_extend(A, at, 0, n, arguments)
 
 
 @no_type_check
-@njit(cache=True)
-def cholesky_extend(A, start, n, stride, work):
-    """Extend the factor of the leading `start` rows to the leading n; returns LAPACK's info, 0 on success."""
-    rest = A[start * stride + start :]
+def cholesky_extend(A, at, start, n, arguments):
+    """Extend the factor of the leading `start` rows to the leading n; returns 0 on success."""
+    if n <= SHORT:
+        return short_cholesky(A, start, n)
+    stride = A.shape[1]
+    integers, here, numbers = arguments.integers, arguments.at, arguments.numbers_at
+    rest = at + NUMBER * (start * stride + start)
+    integers[0], integers[1], integers[2], integers[3] = n - start, start, stride, 0
     if start > 0:
-        beside = A[start:]
-        work[0], work[1], work[2] = n - start, start, stride
-        _TRSM(
-            _RIGHT.ctypes, _LOWER.ctypes, _TRANSPOSED.ctypes, _PLAIN.ctypes, work.ctypes, work[1:].ctypes,
-            _ONE.ctypes, A.ctypes, work[2:].ctypes, beside.ctypes, work[2:].ctypes,
+        beside = at + NUMBER * start
+        TRSM(
+            here + RIGHT, here + LOWER, here + TRANSPOSED, here + PLAIN, here, here + 4, numbers + ONE, at,
+            here + 8, beside, here + 8,
         )  # fmt: skip
-        _SYRK(
-            _LOWER.ctypes, _PLAIN.ctypes, work.ctypes, work[1:].ctypes, _MINUS.ctypes, beside.ctypes,
-            work[2:].ctypes, _ONE.ctypes, rest.ctypes, work[2:].ctypes,
+        SYRK(
+            here + LOWER, here + PLAIN, here, here + 4, numbers + MINUS, beside, here + 8, numbers + ONE,
+            rest, here + 8,
         )  # fmt: skip
-    return cholesky(rest, n - start, stride, work)
+    POTRF(here + LOWER, here, rest, here + 8, here + 12)
+    return integers[3]
 
 
 @no_type_check
-@njit(cache=True)
-def cholesky_solve(A, n, stride, x, work):
+def short_cholesky(A, start, n):
+    """`cholesky_extend` without a routine."""
+    for c in range(start, n):
+        for r in range(c + 1):
+            total = A[r, c]
+            for k in range(r):
+                total -= A[k, r] * A[k, c]
+            if r < c:
+                A[r, c] = total / A[r, r]
+            elif total > 0.0:
+                A[c, c] = np.sqrt(total)
+            else:
+                return c + 1
+    return 0
+
+
+@no_type_check
+def cholesky_solve(A, at, n, x, x_at, arguments):
     """Overwrite x by the solution of LL'y = x."""
-    work[0], work[1] = n, stride
-    for direction in (_PLAIN, _TRANSPOSED):
-        _TRSV(
-            _LOWER.ctypes, direction.ctypes, _PLAIN.ctypes, work.ctypes, A.ctypes, work[1:].ctypes, x.ctypes,
-            _UNIT_STEP.ctypes,
-        )  # fmt: skip
+    if n <= SHORT:
+        for r in range(n):
+            total = x[r]
+            for k in range(r):
+                total -= A[k, r] * x[k]
+            x[r] = total / A[r, r]
+        for r in range(n - 1, -1, -1):
+            total = x[r]
+            for k in range(r + 1, n):
+                total -= A[r, k] * x[k]
+            x[r] = total / A[r, r]
+        return
+    integers, here = arguments.integers, arguments.at
+    integers[0], integers[1] = n, A.shape[1]
+    TRSV(here + LOWER, here + PLAIN, here + PLAIN, here, at, here + 4, x_at, here + STEP)
+    TRSV(here + LOWER, here + TRANSPOSED, here + PLAIN, here, at, here + 4, x_at, here + STEP)
 
 
 @no_type_check
-@njit(cache=True)
-def triangle_inverse(A, n, stride, work):
+def triangle_inverse(A, n, stride, arguments):
     """Overwrite the triangle L in the leading n x n block of A by L^-1, by recursive halving.
 
     The inverse of [[P, 0], [B, R]] is [[P^-1, 0], [-R^-1 B P^-1, R^-1]].
     """
+    integers, at, numbers = arguments.integers, arguments.at, arguments.numbers_at
     if n <= UNBLOCKED_SIZE:
-        work[0], work[1], work[2] = n, stride, 0
-        _TRTRI(_LOWER.ctypes, _PLAIN.ctypes, work.ctypes, A.ctypes, work[1:].ctypes, work[2:].ctypes)
+        integers[0], integers[1], integers[2] = n, stride, 0
+        TRTRI(at + LOWER, at + PLAIN, at, A, at + 4, at + 8)
         return
     half = n // 2
-    beside, rest = A[half:], A[half * stride + half :]
-    triangle_inverse(A, half, stride, work)
-    triangle_inverse(rest, n - half, stride, work)
-    work[0], work[1], work[2] = n - half, half, stride
-    _TRMM(
-        _RIGHT.ctypes, _LOWER.ctypes, _PLAIN.ctypes, _PLAIN.ctypes, work.ctypes, work[1:].ctypes,
-        _MINUS.ctypes, A.ctypes, work[2:].ctypes, beside.ctypes, work[2:].ctypes,
-    )  # fmt: skip
-    _TRMM(
-        _LEFT.ctypes, _LOWER.ctypes, _PLAIN.ctypes, _PLAIN.ctypes, work.ctypes, work[1:].ctypes,
-        _ONE.ctypes, rest.ctypes, work[2:].ctypes, beside.ctypes, work[2:].ctypes,
-    )  # fmt: skip
+    beside, rest = A + NUMBER * half, A + NUMBER * (half * stride + half)
+    triangle_inverse(A, half, stride, arguments)
+    triangle_inverse(rest, n - half, stride, arguments)
+    integers[0], integers[1], integers[2] = n - half, half, stride
+    TRMM(
+        at + RIGHT, at + LOWER, at + PLAIN, at + PLAIN, at, at + 4, numbers + MINUS, A, at + 8, beside, at + 8
+    )
+    TRMM(
+        at + LEFT, at + LOWER, at + PLAIN, at + PLAIN, at, at + 4, numbers + ONE, rest, at + 8, beside, at + 8
+    )
 
 
 @no_type_check
-@njit(cache=True)
-def cholesky_inverse(A, n, stride, work):
+def cholesky_inverse(A, at, n, arguments):
     """Overwrite the factor in the leading n x n block of A by the upper triangle of (LL')^-1."""
-    triangle_inverse(A, n, stride, work)
-    work[0], work[1], work[2] = n, stride, 0
-    _LAUUM(_LOWER.ctypes, work.ctypes, A.ctypes, work[1:].ctypes, work[2:].ctypes)
+    if n <= SHORT:
+        short_inverse(A, n)
+        return
+    triangle_inverse(at, n, A.shape[1], arguments)
+    integers, here = arguments.integers, arguments.at
+    integers[0], integers[1], integers[2] = n, A.shape[1], 0
+    LAUUM(here + LOWER, here, at, here + 4, here + 8)
 
 
 @no_type_check
-@njit(cache=True)
-def symmetric_times(A, n, stride, x, y, work):
+def short_inverse(A, n):
+    """`cholesky_inverse` without a routine: R = L', then R^-1, then R^-1 R^-1'."""
+    for c in range(n):
+        A[c, c] = 1.0 / A[c, c]
+        for r in range(c):
+            total = 0.0
+            for k in range(r, c):
+                total += A[r, k] * A[k, c]
+            A[r, c] = -total * A[c, c]
+    for r in range(n):
+        for c in range(r, n):
+            total = 0.0
+            for k in range(c, n):
+                total += A[r, k] * A[c, k]
+            A[r, c] = total
+
+
+@no_type_check
+def symmetric_times(A, at, n, x, x_at, y, y_at, arguments):
     """Set y = A x for the leading n x n block of A."""
-    work[0], work[1] = n, stride
-    _SYMV(
-        _LOWER.ctypes, work.ctypes, _ONE.ctypes, A.ctypes, work[1:].ctypes, x.ctypes, _UNIT_STEP.ctypes,
-        _ZERO.ctypes, y.ctypes, _UNIT_STEP.ctypes,
-    )  # fmt: skip
+    if n <= SHORT:
+        for r in range(n):
+            y[r] = 0.0
+        for r in range(n):
+            total = A[r, r] * x[r]
+            for c in range(r + 1, n):
+                total += A[r, c] * x[c]
+                y[c] += A[r, c] * x[r]
+            y[r] += total
+        return
+    integers, here, numbers = arguments.integers, arguments.at, arguments.numbers_at
+    integers[0], integers[1] = n, A.shape[1]
+    SYMV(
+        here + LOWER, here, numbers + ONE, at, here + 4, x_at, here + STEP, numbers + ZERO, y_at, here + STEP
+    )
 
 
 @no_type_check
-@njit(cache=True)
-def copy(source, target):
-    """Copy one vector, in a loop that compiles quickly."""
-    for k in range(source.size):
-        target[k] = source[k]
-
-
-@no_type_check
-@njit(cache=True, fastmath={"reassoc", "contract"})
-def inner(x, y):
-    """The inner product of two short vectors; the compiler chooses the order of summation."""
+def inner(x, y, x_at, y_at, n, arguments):
+    """The inner product of the first n entries of two vectors, each given as an array and its address."""
+    if n > SHORT:
+        arguments.integers[0] = n
+        return DOT(arguments.at, x_at, arguments.at + STEP, y_at, arguments.at + STEP)
     total = 0.0
-    for k in range(x.size):
+    for k in range(n):
         total += x[k] * y[k]
     return total
+
+
+@no_type_check
+def copy(source, target, n):
+    """Copy the first n entries of a vector."""
+    for k in range(n):
+        target[k] = source[k]

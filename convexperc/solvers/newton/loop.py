@@ -1,4 +1,4 @@
-"""Proximal Newton on (w, t), compiled: all templates of a set of views in one call.
+"""Proximal Newton on (w, t): all templates of a set of views in one call.
 
 The notation is that of `convexperc.problem.reduction`. Each iteration evaluates q and, at no extra cost, the
 duality gap; it then minimises the quadratic model of the smooth part plus lambda2 ||w||_1 over t >= 0. The
@@ -18,21 +18,40 @@ Newton's Method, SIAM (2003), chapter 2.
 from typing import NamedTuple, no_type_check
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from convexperc.kernels.kernel import Kernel
 from convexperc.solvers.newton.hessian import (
     WORKING_SET_THRESHOLD,
-    Data,
-    Point,
     evaluate,
     hessian,
-    new_curvature,
     set_base,
+    slope,
     start_at_base,
 )
-from convexperc.solvers.newton.lapack import cholesky, cholesky_solve, copy, inner, symmetric_times
-from convexperc.solvers.newton.subproblem import minimise, new_model
+from convexperc.solvers.newton.lapack import NUMBER, cholesky, cholesky_solve, inner, symmetric_times
+from convexperc.solvers.newton.subproblem import minimise
+from convexperc.solvers.newton.workspace import (
+    BASE_T,
+    END,
+    GRADIENT,
+    GW,
+    IMAGE,
+    KQ,
+    LAST_T,
+    LATEST_T,
+    MODEL_VIEWS,
+    NEAR,
+    SIZE,
+    SPARE,
+    START,
+    Data,
+    Grams,
+    H,
+    Q,
+    Templates,
+    Z,
+)
 
 ROUNDING_TOLERANCE = 4e-15
 """An increase of the objective below this fraction of ||o||^2, 18 units of 2^-52, counts as rounding."""
@@ -44,6 +63,8 @@ CHORD_GAP_FRACTION = 0.1
 for the error of the prediction."""
 HELD, SECULAR, PLAIN = 0, 1, 2
 """The steps tried in turn: t held fixed, the secular equation in t, the plain Newton step."""
+CURRENT, TRIAL, BEST = 0, 1, 2
+"""The points of a workspace."""
 
 
 class Rules(NamedTuple):
@@ -83,132 +104,124 @@ class Pruning(NamedTuple):
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def new_point(n, m):
-    """Allocate a point for n views and m modalities."""
-    return Point(np.zeros(n), np.zeros(m), np.zeros(n), np.zeros((m, n)), np.zeros(m), np.zeros(n))
+def copy_point(room, source, target):
+    """Copy a point."""
+    points = room.points
+    for row in range(points.shape[1]):
+        for k in range(points.shape[2]):
+            points[target, row, k] = points[source, row, k]
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def copy_point(source, target):
-    """Copy all fields of a point."""
-    copy(source.w, target.w)
-    copy(source.t, target.t)
-    copy(source.q, target.q)
-    copy(source.r, target.r)
-    copy(source.Gw, target.Gw)
-    for i in range(source.t.size):
-        copy(source.Kq[i], target.Kq[i])
-
-
-@no_type_check
-@njit(cache=True, error_model="numpy")
-def merit(data, point):
+def merit(data, room, p):
     """The reduced objective, w'(G w - 2c + q) + ||o||^2 + lambda2 ||w||_1 + lambda3^2/4 sum_i t_i."""
-    total = data.target
-    for a in range(point.w.size):
-        term = point.Gw[a] - 2.0 * data.c[a] + point.q[a]
-        total += point.w[a] * term + data.lambda2 * abs(point.w[a])
-    for i in range(point.t.size):
-        total += 0.25 * data.lambda3 * data.lambda3 * point.t[i]
+    total, n, point = data.target, data.c.size, room.points[p]
+    for a in range(n):
+        term = point[GW, a] - 2.0 * data.c[a] + point[Q, a]
+        total += point[Z, a] * term + data.lambda2 * abs(point[Z, a])
+    for k in range(n, point.shape[1]):
+        total += 0.25 * data.lambda3 * data.lambda3 * point[Z, k]
     return total
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def gap(data, point):
+def gap(data, room, p):
     """Return (F, F - D) at u^i = t_i X_i'q and the dual point s (2(X'w - o), -2q), with s making it feasible.
 
     F - D is computed as a sum of nonnegative terms, without cancellation.
     """
     wGw = cw = qq = size = wv = worst = 0.0
-    for a in range(point.w.size):
-        v = 2.0 * (point.Gw[a] - data.c[a] + point.q[a])
-        wGw += point.w[a] * point.Gw[a]
-        cw += point.w[a] * data.c[a]
-        qq += point.q[a] * point.q[a]
-        size += abs(point.w[a])
-        wv += point.w[a] * v
+    n, point = data.c.size, room.points[p]
+    for a in range(n):
+        w, v = point[Z, a], slope(data, point, a)
+        wGw += w * point[GW, a]
+        cw += w * data.c[a]
+        qq += point[Q, a] * point[Q, a]
+        size += abs(w)
+        wv += w * v
         worst = max(worst, abs(v))
     quadratic = max(wGw - 2.0 * cw + data.target, 0.0) + qq / data.lambda1
     s = max(0.0, data.target - cw) / quadratic if quadratic > 0.0 else 1.0
     if s * worst > data.lambda2:
         s = data.lambda2 / worst
     length = 0.0
-    for i in range(point.t.size):
-        length = max(length, point.r[i])
+    for k in range(n, point.shape[1]):
+        length = max(length, point[Q, k])
     if 2.0 * s * length > data.lambda3:
         s = data.lambda3 / (2.0 * length)
     F = quadratic + data.lambda2 * size
     total = (1.0 - s) * (1.0 - s) * quadratic + data.lambda2 * size + s * wv
-    for i in range(point.t.size):
-        F += data.lambda3 * point.t[i] * point.r[i]
-        total += point.t[i] * point.r[i] * (data.lambda3 - 2.0 * s * point.r[i])
+    for k in range(n, point.shape[1]):
+        t, r = point[Z, k], point[Q, k]
+        F += data.lambda3 * t * r
+        total += t * r * (data.lambda3 - 2.0 * s * r)
     return F, total
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def pose(data, point, curvature, model, step):
+def pose(data, room, step):
     """Set h of the model z'Hz/2 + h'z and its start (w_R, t) for a step; returns the number of unknowns."""
-    n, m, views = curvature.size[0], point.t.size, curvature.model_views
-    half = 0.5 * data.lambda3
-    N = n if step == HELD else n + m
-    for x in range(n):
-        model.start[x] = point.w[views[x]]
-    copy(point.t, model.start[n:])
-    symmetric_times(model.H, N, model.h.size, model.start, model.h, model.work)
-    for x in range(n):
-        a = views[x]
-        model.h[x] = 2.0 * (point.Gw[a] - data.c[a] + point.q[a]) - model.h[x]
-    for i in range(N - n):
+    size, n, N, vectors = room.counts[SIZE], data.c.size, room.vectors.shape[1], room.vectors
+    point, views, half = room.points[CURRENT], room.sets[MODEL_VIEWS], 0.5 * data.lambda3
+    M = size if step == HELD else size + N - n
+    for x in range(size):
+        vectors[START, x] = point[Z, views[x]]
+    for k in range(n, N):
+        vectors[START, size + k - n] = point[Z, k]
+    start_at, h_at = room.vectors_at + NUMBER * START * N, room.vectors_at + NUMBER * GRADIENT * N
+    H_at = room.matrices_at + NUMBER * H * N * N
+    symmetric_times(
+        room.matrices[H], H_at, M, vectors[START], start_at, vectors[GRADIENT], h_at, room.arguments
+    )
+    for x in range(size):
+        vectors[GRADIENT, x] = slope(data, point, views[x]) - vectors[GRADIENT, x]
+    for x in range(size, M):
+        r = point[Q, n + x - size]
         if step == SECULAR:
-            rho = point.r[i] / half
-            slope = -2.0 * half * half * rho * rho * (rho - 1.0)
+            rho = r / half
+            change = -2.0 * half * half * rho * rho * (rho - 1.0)
         else:
-            slope = half * half - point.r[i] * point.r[i]
-        model.h[n + i] = slope - model.h[n + i]
-    return N
+            change = half * half - r * r
+        vectors[GRADIENT, x] = change - vectors[GRADIENT, x]
+    return M
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def move(point, curvature, model, lambda2, share, trial):
-    """Set `trial` to the point plus `share` times the step; at 1 to its end exactly, to keep zeros exact.
+def move(room, lambda2, share, n):
+    """Set the trial to the point plus `share` times the step; at 1 to its end exactly, to keep zeros exact.
 
-    Also marks, as `near`, the views whose model gradient is close to lambda2, for the next working set.
+    Also marks, as `NEAR`, the views whose model gradient is close to lambda2, for the next working set.
     """
-    n, views, z = curvature.size[0], curvature.model_views, model.z
-    trial.w[:] = 0.0
-    curvature.near[:] = 0
-    for x in range(n):
-        curvature.near[views[x]] = abs(model.h[x] + model.Hz[x]) > WORKING_SET_THRESHOLD * lambda2
-        old = point.w[views[x]]
-        trial.w[views[x]] = z[x] if share == 1.0 else old + share * (z[x] - old)
-    for i in range(trial.t.size):
-        old = point.t[i]
-        trial.t[i] = z[n + i] if share == 1.0 else old + share * (z[n + i] - old)
+    size, vectors, points, sets = room.counts[SIZE], room.vectors, room.points, room.sets
+    for a in range(n):
+        points[TRIAL, Z, a], sets[NEAR, a] = 0.0, 0
+    for x in range(size):
+        a = sets[MODEL_VIEWS, x]
+        if abs(vectors[GRADIENT, x] + vectors[IMAGE, x]) > WORKING_SET_THRESHOLD * lambda2:
+            sets[NEAR, a] = 1
+        old, z = points[CURRENT, Z, a], vectors[END, x]
+        points[TRIAL, Z, a] = z if share == 1.0 else old + share * (z - old)
+    for k in range(n, vectors.shape[1]):
+        old, z = points[CURRENT, Z, k], vectors[END, size + k - n]
+        points[TRIAL, Z, k] = z if share == 1.0 else old + share * (z - old)
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def descend_once(data, point, trial, value, model, curvature, first):
+def descend_once(data, room, value, first):
     """Minimise the model and take the step; returns the new objective, or infinity if none decreases it."""
-    n = curvature.size[0]
+    n, N, size = data.c.size, room.vectors.shape[1], room.counts[SIZE]
     slack = 1e-10 * data.lambda3 * data.lambda3
-    for step in (HELD, SECULAR, PLAIN):
-        if step == HELD and not first:
-            continue
-        N = pose(data, point, curvature, model, step)
-        minimise(model, data.lambda2, slack, n, N)
+    for step in range(HELD if first else SECULAR, PLAIN + 1):
+        M = pose(data, room, step)
+        minimise(room, data.lambda2, slack, size, M)
         if step == HELD:
-            copy(point.t, model.z[n:])
+            for k in range(n, N):
+                room.vectors[END, size + k - n] = room.points[CURRENT, Z, k]
         share = 1.0
         for _ in range(12 if step == PLAIN else 1):
-            move(point, curvature, model, data.lambda2, share, trial)
-            if evaluate(data, trial, curvature, model.work):
-                reached = merit(data, trial)
+            move(room, data.lambda2, share, n)
+            if evaluate(data, room, TRIAL):
+                reached = merit(data, room, TRIAL)
                 if reached <= value + ROUNDING_TOLERANCE * data.target:
                     return reached
             share *= 0.4
@@ -216,20 +229,20 @@ def descend_once(data, point, trial, value, model, curvature, first):
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def solve_one(data, point, trial, best, model, curvature, rules, hold, ceiling):
-    """Solve one template from the start in `point`; with `hold`, the first step keeps t. Fills in `best`.
+def solve_one(data, room, rules, hold, ceiling):
+    """Solve one template from the current point; with `hold`, the first step keeps t. Fills in the best one.
 
     Stops early once F - gap, a lower bound of F*, exceeds `ceiling`. Returns the iterations, F and its gap.
     """
     best_F = best_gap = np.inf
-    curvature.near[:] = 1
-    copy_point(point, best)
-    if not evaluate(data, point, curvature, model.work):
+    for a in range(data.c.size):
+        room.sets[NEAR, a] = 1
+    copy_point(room, CURRENT, BEST)
+    if not evaluate(data, room, CURRENT):
         return 0, best_F, best_gap
-    value, stalled, iteration, chord = merit(data, point), 0, 0, False
+    value, stalled, iteration, chord = merit(data, room, CURRENT), 0, 0, False
     while True:
-        F, excess = gap(data, point)
+        F, excess = gap(data, room, CURRENT)
         stalled = 0 if excess < 0.5 * best_gap else stalled + 1
         chord = (
             not chord
@@ -238,16 +251,16 @@ def solve_one(data, point, trial, best, model, curvature, rules, hold, ceiling):
         )
         if excess < best_gap:
             best_F, best_gap = F, excess
-            copy_point(point, best)
+            copy_point(room, CURRENT, BEST)
         if best_gap <= rules.tolerance * best_F or best_gap <= 1e-15 * data.target:
             break
         if iteration == rules.limit or stalled > STAGNATION_ITERATIONS or best_F - best_gap > ceiling:
             break
-        hessian(data, point, curvature, model, chord)
-        reached = descend_once(data, point, trial, value, model, curvature, hold and iteration == 0)
+        hessian(data, room, CURRENT, chord)
+        reached = descend_once(data, room, value, hold and iteration == 0)
         iteration += 1
         if reached < np.inf:
-            copy_point(trial, point)
+            copy_point(room, TRIAL, CURRENT)
             value = reached
         elif not chord:
             break
@@ -255,74 +268,106 @@ def solve_one(data, point, trial, best, model, curvature, rules, hold, ceiling):
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def cold_start(data, point, A, work):
+def cold_start(data, room):
     """Set w to the ridge solution, and t_i to 1/m of the root of its equation without the others."""
-    n, m = point.w.size, point.t.size
+    n, N, arguments = data.c.size, room.vectors.shape[1], room.arguments
+    point, A, m = room.points[CURRENT], room.matrices[SPARE], N - data.c.size
     for a in range(n):
-        copy(data.G[a], A[a * n :])
-        A[a * n + a] = A[a * n + a] * (1.0 + 1e-12) + data.lambda1 + 1e-300
-    copy(data.c, point.w)
-    if cholesky(A, n, n, work) == 0:
-        cholesky_solve(A, n, n, point.w, work)
-    ww = inner(point.w, point.w)
+        for b in range(n):
+            A[a, b] = data.G[a, b]
+        A[a, a] = A[a, a] * (1.0 + 1e-12) + data.lambda1 + 1e-300
+        point[Z, a] = data.c[a]
+    A_at = room.matrices_at + NUMBER * SPARE * N * N
+    w_at = room.points_at + NUMBER * CURRENT * (KQ + m) * N
+    if cholesky(A, A_at, n, arguments) == 0:
+        cholesky_solve(A, A_at, n, point[Z], w_at, arguments)
+    ww = inner(point[Z], point[Z], w_at, w_at, n, arguments)
+    q_at = w_at + NUMBER * Q * N
     for i in range(m):
-        symmetric_times(data.K[i], n, n, point.w, point.q, work)
-        square = inner(point.w, point.q)
-        point.t[i] = 0.0
+        K, K_at = data.K[i], data.K_at + NUMBER * i * n * n
+        symmetric_times(K, K_at, n, point[Z], w_at, point[Q], q_at, arguments)
+        square = inner(point[Z], point[Q], w_at, q_at, n, arguments)
+        point[Z, n + i] = 0.0
         if square > 0.0:
             alone = (2.0 * np.sqrt(square) / data.lambda3 - 1.0 / data.lambda1) * ww / square
-            point.t[i] = max(0.0, alone) / m
+            point[Z, n + i] = max(0.0, alone) / m
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def start(data, point, last, curvature, model):
-    """Start from the base, formed at the t of an earlier answer, `last`, or cold; true if t is to be held."""
-    if np.isnan(curvature.base.t[0]) and (
-        last.max() == 0.0 or not set_base(data, last, curvature, model.work)
-    ):
-        cold_start(data, point, curvature.matrix_scratch, model.work)
-        return True
-    start_at_base(data, point, curvature, model)
+def start(data, room):
+    """Start from the base, formed at the t of an earlier answer, or cold; true if t is to be held."""
+    if np.isnan(room.vectors[BASE_T, 0]):
+        largest, last = 0.0, room.vectors[LAST_T]
+        for i in range(data.K.shape[0]):
+            largest = max(largest, last[i])
+        if largest == 0.0 or not set_base(data, last, room):
+            cold_start(data, room)
+            return True
+    start_at_base(data, room, CURRENT)
     return False
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def solve_batch(G, K, C, targets, lambdas, W, T, rules, pruning):
-    """Solve the templates in turn; those of equal lambda1 share a start, unless W and T hold the starts.
+def begin(data, room, rules, rows, j):
+    """Set the current point to the start of template j; true if its t is to be held."""
+    if not rules.warm:
+        return start(data, room)
+    n, points = data.c.size, room.points
+    for a in range(n):
+        points[CURRENT, Z, a] = rows.W[j, a]
+    for k in range(n, room.vectors.shape[1]):
+        points[CURRENT, Z, k] = rows.T[j, k - n]
+    return True
 
-    G (n, n), K (m, n, n), C (p, n) = X o_j, targets (p,) = ||o_j||^2, lambdas (p, 3). Fills in W (p, n) and
-    T (p, m); returns Q (p, n), the iterations (p,), and F with its gap (p, 2). A template is pruned when its
-    lower bound exceeds `pruning.ceiling` or the lowest F of the templates before it, by `pruning.margin`.
+
+@no_type_check
+def keep(room, rows, j, n):
+    """Copy the best point to row j, and its t for the next base, if it is not 0."""
+    best, last, positive = room.points[BEST], room.vectors[LAST_T], False
+    for a in range(n):
+        rows.W[j, a], rows.Q[j, a] = best[Z, a], best[Q, a]
+    for k in range(n, room.vectors.shape[1]):
+        rows.T[j, k - n] = best[Z, k]
+        positive = positive or best[Z, k] > 0.0
+    if positive:
+        for k in range(n, room.vectors.shape[1]):
+            last[k - n] = best[Z, k]
+
+
+@no_type_check
+def solve_batch(grams, templates, order, rules, pruning, room, rows):
+    """Solve the templates of `order` in turn; those of equal lambda1 share a start, unless rows hold them.
+
+    Fills in their rows. A template is pruned when its lower bound exceeds `pruning.ceiling` or the lowest F
+    of the templates before it, by `pruning.margin`.
     """
-    p, n = C.shape
-    m = K.shape[0]
-    Q, iterations, gaps = np.zeros((p, n)), np.zeros(p, np.int64), np.empty((p, 2))
-    model, curvature, last = new_model(n + m), new_curvature(n, m), np.zeros(m)
-    point, trial, best = new_point(n, m), new_point(n, m), new_point(n, m)
-    ceiling = pruning.ceiling
-    for j in range(p):
-        data = Data(G, K, C[j], targets[j], lambdas[j, 0], lambdas[j, 1], lambdas[j, 2])
-        if j > 0 and lambdas[j, 0] != lambdas[j - 1, 0]:
-            curvature.latest.t[0] = curvature.base.t[0] = np.nan
-            last[:] = 0.0
-        hold = rules.warm
-        if rules.warm:
-            copy(W[j], point.w)
-            copy(T[j], point.t)
-        else:
-            hold = start(data, point, last, curvature, model)
-        top = ceiling * (1.0 + pruning.margin) / pruning.units[j] if pruning.units.size else np.inf
-        iterations[j], gaps[j, 0], gaps[j, 1] = solve_one(
-            data, point, trial, best, model, curvature, rules, hold, top
-        )
-        if pruning.units.size:
-            ceiling = min(ceiling, gaps[j, 0] * pruning.units[j])
-        copy(best.w, W[j])
-        copy(best.t, T[j])
-        copy(best.q, Q[j])
-        if best.t.max() > 0.0:
-            copy(best.t, last)
-    return Q, iterations, gaps
+    n, lambdas, ceiling, pruned = grams.G.shape[0], templates.lambdas, pruning.ceiling, pruning.units.size > 0
+    for k in range(order.size):
+        j = order[k]
+        if k > 0 and lambdas[j, 0] != lambdas[order[k - 1], 0]:
+            room.vectors[LATEST_T, 0] = room.vectors[BASE_T, 0] = np.nan
+            for i in range(grams.K.shape[0]):
+                room.vectors[LAST_T, i] = 0.0
+        data = Data(
+            grams.G, grams.K, grams.G_at, grams.K_at, templates.C[j], templates.targets[j], lambdas[j, 0],
+            lambdas[j, 1], lambdas[j, 2],
+        )  # fmt: skip
+        hold = begin(data, room, rules, rows, j)
+        top = ceiling * (1.0 + pruning.margin) / pruning.units[j] if pruned else np.inf
+        iterations, F, excess = solve_one(data, room, rules, hold, top)
+        rows.iterations[j], rows.gaps[j, 0], rows.gaps[j, 1] = iterations, F, excess
+        if pruned:
+            ceiling = min(ceiling, F * pruning.units[j])
+        keep(room, rows, j, n)
+
+
+def _interpreted_seconds(
+    grams: Grams, templates: Templates, order: NDArray[np.int64], *rest: object
+) -> float:
+    """About what `solve_batch` takes interpreted: some steps a template, each of O(m n^2) operations."""
+    m, n = grams.K.shape[:2]
+    return float(order.size * (1e-2 + 3e-7 * (m + 3) * n * n))
+
+
+newton_kernel = Kernel(solve_batch, _interpreted_seconds, compile_seconds=10.0)
+"""`solve_batch`, interpreted or compiled."""

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from convexperc.problem.arrays import Matrix, Vector
+from convexperc.problem.arrays import Matrix
 from convexperc.problem.problem import Problem
 from convexperc.problem.reduction import Reduction
 from convexperc.solvers.interface import SolverResult
-from convexperc.solvers.newton.loop import Pruning, Rules, solve_batch
-from convexperc.solvers.newton.subproblem import lasso, lasso_batch
+from convexperc.solvers.newton.loop import Pruning, Rules, newton_kernel
+from convexperc.solvers.newton.subproblem import lasso_kernel
+from convexperc.solvers.newton.workspace import Grams, H, Rows, Templates, new_workspace
 
 NO_PRUNING = Pruning(np.empty(0), np.inf, 0.0)
 """Without units no template is pruned; ceiling and margin have no effect."""
@@ -57,6 +58,12 @@ class Batch:
     Q: Float[np.ndarray, "p n"]
     iterations: Int[np.ndarray, " p"]
     gaps: Float[np.ndarray, "p 2"]
+
+    @classmethod
+    def new(cls, p: int, n: int, m: int) -> "Batch":
+        """Room for the answers; all are 0, and no gap is known."""
+        W, Q, T = np.zeros((p, n)), np.zeros((p, n)), np.zeros((p, m))
+        return cls(W, T, Q, np.zeros(p, dtype=np.int64), np.full((p, 2), np.nan))
 
     def status(self, j: int, tolerance: float, limit: int) -> str:
         """Why template j was left, one of `STATUSES`: at this relative gap, or after so many iterations."""
@@ -140,15 +147,33 @@ class Newton:
         Batch
         """
         p, n = C.shape
-        m = len(K)
-        W = np.zeros((p, n)) if start is None else np.array(start.W, dtype=np.float64)
-        T = np.zeros((p, m)) if start is None else np.array(start.T, dtype=np.float64)
-        Q, iterations, gaps = solve_batch(
-            G, K, np.ascontiguousarray(C), targets, lambdas, W, T,
-            Rules(self.tolerance, self.max_iterations, start is not None),
+        batch = Batch.new(p, n, len(K))
+        if start is not None:
+            batch.W[:], batch.T[:] = start.W, start.T
+        templates, order = Templates(np.ascontiguousarray(C), targets, lambdas), np.arange(p)
+        self.fill(batch, Grams.of(G, K), templates, order, warm=start is not None, pruning=pruning)
+        return batch
+
+    def fill(
+        self,
+        batch: Batch,
+        grams: Grams,
+        templates: Templates,
+        order: Int[np.ndarray, " k"],
+        *,
+        warm: bool,
+        pruning: Pruning | None,
+    ) -> None:
+        """Answer some templates, in this order; their rows of `batch` hold the starts if `warm`."""
+        newton_kernel(
+            grams,
+            templates,
+            order,
+            Rules(self.tolerance, self.max_iterations, warm),
             NO_PRUNING if pruning is None else pruning,
-        )  # fmt: skip
-        return Batch(W, T, Q, iterations, gaps)
+            new_workspace(templates.C.shape[1], len(grams.K)),
+            Rows(*vars(batch).values()),
+        )
 
     def _uncoupled(self, problem: Problem, reduction: Reduction) -> SolverResult:
         """Solve a lasso in w for lambda1 = 0 (then u = 0) or lambda3 = 0 (then Xu is the projection of w)."""
@@ -160,7 +185,7 @@ class Newton:
             quadratic = reduction.G
             if problem.lambda1 > 0.0:
                 quadratic = quadratic + problem.lambda1 * (np.eye(problem.n) - basis @ basis.T)
-            w = _lasso(quadratic, X @ o, problem.lambda2)
+            w = _lassos(quadratic, (X @ o)[None, :], np.array([problem.lambda2]))[0]
         u, b = np.zeros(problem.d), np.zeros(problem.n)
         if problem.lambda1 > 0.0:
             u = np.linalg.lstsq(X, w, rcond=None)[0]
@@ -197,9 +222,7 @@ def lassos(
     if not weighted.all():
         W[~weighted] = np.linalg.solve(G, C[~weighted].T).T
     if weighted.any():
-        found = np.zeros((int(weighted.sum()), W.shape[1]))
-        lasso_batch(2.0 * G, -2.0 * C[weighted], lambdas[weighted, 1], found)
-        W[weighted] = found
+        W[weighted] = _lassos(G, C[weighted], lambdas[weighted, 1])
     if not lambdas[:, 0].any():
         return W, np.zeros_like(W)
     return W, np.linalg.solve(G, (W / counts).T).T
@@ -212,8 +235,11 @@ def _range_basis(X: Matrix) -> Float[np.ndarray, "n r"]:
     return np.asarray(left[:, :rank])
 
 
-def _lasso(quadratic: Float[np.ndarray, "n n"], c: Vector, weight: float) -> Vector:
-    """Minimise w'Qw - 2 c'w + weight ||w||_1."""
-    z = np.zeros(c.size)
-    lasso(2.0 * quadratic, -2.0 * c, weight, z)
-    return z
+def _lassos(
+    quadratic: Float[np.ndarray, "n n"], C: Float[np.ndarray, "p n"], weights: Float[np.ndarray, " p"]
+) -> Float[np.ndarray, "p n"]:
+    """Minimise w'Qw - 2 c_j'w + weight_j ||w||_1 for every row of C."""
+    found, room = np.empty_like(C), new_workspace(C.shape[1], 0)
+    room.matrices[H] = 2.0 * quadratic
+    lasso_kernel(-2.0 * C, weights, room, found)
+    return found

@@ -1,17 +1,37 @@
-"""The step of the Newton method, compiled.
+"""The step of the Newton method: minimise z'Hz/2 + h'z + weight ||z_1..n||_1 subject to z_n+1 .. z_M >= 0.
 
-minimise z'Hz/2 + h'z + weight ||z_1..n||_1 subject to z_n+1 .. z_N >= 0.
+M unknowns of the model are in use, the first n of them for views. A caller that changes rows of H has to call
+`forget`.
 
 Source: Hintermueller, Ito and Kunisch, The primal-dual active set strategy, SIAM J. Optim. 13 (2002).
 """
 
-from typing import NamedTuple, no_type_check
+from typing import no_type_check
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from convexperc.solvers.newton.lapack import cholesky_extend, cholesky_solve, copy, inner, symmetric_times
+from convexperc.kernels.kernel import Kernel
+from convexperc.solvers.newton.lapack import (
+    NUMBER,
+    cholesky_extend,
+    cholesky_solve,
+    inner,
+    symmetric_times,
+)
+from convexperc.solvers.newton.workspace import (
+    ACTIVE,
+    END,
+    FACTOR,
+    FACTORED,
+    GRADIENT,
+    IMAGE,
+    ORDER,
+    SIGN,
+    START,
+    VALUES,
+    H,
+)
 
 ACTIVE_SET_STEPS = 8
 """Steps of the active set method before coordinate descent takes over: it settles in a few, or cycles."""
@@ -20,177 +40,123 @@ SWEEPS = 40
 ROUNDS = 6
 """Such rounds before the last iterate of coordinate descent is returned as it is."""
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
-
-class Model(NamedTuple):
-    """The model z'Hz/2 + h'z in N unknowns, its start and minimiser, and the state of the active set method.
-
-    Attributes
-    ----------
-    H : float64 (N, N)
-        Positive semidefinite.
-    h : float64 (N,)
-    z : float64 (N,)
-        The minimiser.
-    start : float64 (N,)
-        Where to begin; coordinate descent overwrites it.
-    Hz : float64 (N,)
-        H z; also scratch.
-    values : float64 (N,)
-        The active unknowns, in the order of `order`.
-    factor : float64 (N N + 1,)
-        Cholesky factor of the rows and columns of H of the active unknowns, in the order of `order`.
-    sign : int64 (N,)
-        0 where inactive, +1 or -1 for the sign of z_k, 2 for an active unknown that must be >= 0.
-    order : int64 (N,)
-        The first `counts[0]` entries are the active unknowns.
-    counts : int64 (2,)
-        How many unknowns are active, and for how many of them, from the first on, `factor` is up to date. A
-        caller that changes rows of H has to call `forget`.
-    work : int32 (8,)
-        Scratch of the LAPACK calls.
-    """
-
-    H: Floats
-    h: Floats
-    z: Floats
-    start: Floats
-    Hz: Floats
-    values: Floats
-    factor: Floats
-    sign: Integers
-    order: Integers
-    counts: Integers
-    work: NDArray[np.int32]
-
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def new_model(N):
-    """Allocate a model for N unknowns, all zero."""
-    return Model(
-        np.zeros((N, N)), np.zeros(N), np.zeros(N), np.zeros(N), np.zeros(N), np.zeros(N),
-        np.zeros(N * N + 1), np.zeros(N, np.int64), np.zeros(N, np.int64), np.zeros(2, np.int64),
-        np.zeros(8, np.int32),
-    )  # fmt: skip
-
-
-@no_type_check
-@njit(cache=True, error_model="numpy")
-def forget(model, first):
+def forget(room, first):
     """Invalidate the part of the factor that depends on the rows of H from `first` on, which have changed."""
-    for x in range(model.counts[1]):
-        if model.order[x] >= first:
-            model.counts[1] = x
+    sets, counts = room.sets, room.counts
+    for x in range(counts[FACTORED]):
+        if sets[ORDER, x] >= first:
+            counts[FACTORED] = x
             return
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def arrange(model, N):
+def arrange(room, M):
     """List the active unknowns: those already listed in their order, then the new ones."""
-    count, kept = 0, model.counts[1]
-    order, listed = model.order, model.Hz
-    for k in range(N):
-        listed[k] = 0.0
-    for x in range(model.counts[0]):
-        k = order[x]
-        if k < N and model.sign[k] != 0:
-            order[count], listed[k] = k, 1.0
+    sets, counts, vectors = room.sets, room.counts, room.vectors
+    count, kept = 0, counts[FACTORED]
+    for k in range(M):
+        vectors[IMAGE, k] = 0.0  # marks what is listed
+    for x in range(counts[ACTIVE]):
+        k = sets[ORDER, x]
+        if k < M and sets[SIGN, k] != 0:
+            sets[ORDER, count], vectors[IMAGE, k] = k, 1.0
             count += 1
-        else:
-            kept = min(kept, count)
-    for k in range(N):
-        if model.sign[k] != 0 and listed[k] == 0.0:
-            order[count] = k
+        elif count < kept:
+            kept = count
+    for k in range(M):
+        if sets[SIGN, k] != 0 and vectors[IMAGE, k] == 0.0:
+            sets[ORDER, count] = k
             count += 1
-    model.counts[0], model.counts[1] = count, kept
+    counts[ACTIVE], counts[FACTORED] = count, kept
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def factor_active(model):
+def factor_active(room):
     """Update the factor for the list of active unknowns; false if H is singular on them."""
-    count, kept = model.counts
-    stride, order, factor = model.h.size, model.order, model.factor
+    sets, counts, matrices = room.sets, room.counts, room.matrices
+    count, kept, N = counts[ACTIVE], counts[FACTORED], room.vectors.shape[1]
     if kept == count:
         return True
     for y in range(count):
-        row = model.H[order[y]]
+        k = sets[ORDER, y]
         for x in range(max(y, kept), count):
-            factor[y * stride + x] = row[order[x]]
-    if cholesky_extend(factor, kept, count, stride, model.work) != 0:
-        model.counts[1] = 0
+            matrices[FACTOR, y, x] = matrices[H, k, sets[ORDER, x]]
+    factor_at = room.matrices_at + NUMBER * FACTOR * N * N
+    if cholesky_extend(matrices[FACTOR], factor_at, kept, count, room.arguments) != 0:
+        counts[FACTORED] = 0
         return False
-    model.counts[1] = count
+    counts[FACTORED] = count
     return True
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def solve_active(model, weight, n, N):
+def solve_active(room, weight, n, M):
     """Minimise over the active unknowns, with the others at 0; false if H is singular on them."""
-    arrange(model, N)
-    if not factor_active(model):
+    arrange(room, M)
+    if not factor_active(room):
         return False
-    count = model.counts[0]
+    sets, vectors = room.sets, room.vectors
+    count, N = room.counts[ACTIVE], vectors.shape[1]
     for x in range(count):
-        k = model.order[x]
-        model.values[x] = -model.h[k] - (weight * model.sign[k] if k < n else 0.0)
-    cholesky_solve(model.factor, count, model.h.size, model.values, model.work)
-    for k in range(N):
-        model.z[k] = 0.0
+        k = sets[ORDER, x]
+        vectors[VALUES, x] = -vectors[GRADIENT, k] - (weight * sets[SIGN, k] if k < n else 0.0)
+    factor_at, values_at = room.matrices_at + NUMBER * FACTOR * N * N, room.vectors_at + NUMBER * VALUES * N
+    cholesky_solve(room.matrices[FACTOR], factor_at, count, vectors[VALUES], values_at, room.arguments)
+    for k in range(M):
+        vectors[END, k] = 0.0
     for x in range(count):
-        model.z[model.order[x]] = model.values[x]
+        vectors[END, sets[ORDER, x]] = vectors[VALUES, x]
     return True
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def update_active(model, weight, slack, n, N):
+def update_active(room, weight, slack, n, M):
     """Drop unknowns of the wrong sign, add those whose gradient exceeds its bound; true if none changed."""
-    settled = True
-    symmetric_times(model.H, N, model.h.size, model.z, model.Hz, model.work)
-    for k in range(N):
-        gradient = model.h[k] + model.Hz[k]
-        if model.sign[k] != 0:
-            if model.z[k] * model.sign[k] <= 0:
-                model.sign[k], model.z[k], settled = 0, 0.0, False
+    sets, vectors, settled = room.sets, room.vectors, True
+    N = vectors.shape[1]
+    end_at, image_at = room.vectors_at + NUMBER * END * N, room.vectors_at + NUMBER * IMAGE * N
+    H_at = room.matrices_at + NUMBER * H * N * N
+    symmetric_times(room.matrices[H], H_at, M, vectors[END], end_at, vectors[IMAGE], image_at, room.arguments)
+    for k in range(M):
+        gradient = vectors[GRADIENT, k] + vectors[IMAGE, k]
+        if sets[SIGN, k] != 0:
+            if vectors[END, k] * sets[SIGN, k] <= 0:
+                sets[SIGN, k], vectors[END, k], settled = 0, 0.0, False
         elif k < n and abs(gradient) > weight * (1 + 1e-12):
-            model.sign[k], settled = (-1 if gradient > 0 else 1), False
+            sets[SIGN, k], settled = (-1 if gradient > 0 else 1), False
         elif k >= n and gradient < -slack:
-            model.sign[k], settled = 2, False
+            sets[SIGN, k], settled = 2, False
     return settled
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def active_set(model, weight, slack, n, N):
-    """Primal-dual active set method from the support of z; true if it reached a solution."""
-    for k in range(N):
-        z = model.z[k]
-        model.sign[k] = 0 if z == 0 else (2 if k >= n else (1 if z > 0 else -1))
+def active_set(room, weight, slack, n, M):
+    """Primal-dual active set method from the support of `START`; true if it reached a solution."""
+    for k in range(M):
+        z = room.vectors[START, k]
+        room.sets[SIGN, k] = 0 if z == 0 else (2 if k >= n else (1 if z > 0 else -1))
     for _ in range(ACTIVE_SET_STEPS):
-        if not solve_active(model, weight, n, N):
+        if not solve_active(room, weight, n, M):
             return False
-        if update_active(model, weight, slack, n, N):
+        if update_active(room, weight, slack, n, M):
             return True
     return False
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def sweep(model, weight, n, N):
-    """One sweep of coordinate descent over the first N unknowns of `start`."""
-    z = model.start
-    for k in range(N):
-        curvature = model.H[k, k]
+def sweep(room, weight, n, M):
+    """One sweep of coordinate descent over the first M unknowns of `START`."""
+    vectors, matrices, N = room.vectors, room.matrices, room.vectors.shape[1]
+    z, z_at = vectors[START], room.vectors_at + NUMBER * START * N
+    for k in range(M):
+        curvature = matrices[H, k, k]
         if curvature <= 0.0:
             z[k] = 0.0
             continue
-        gradient = model.h[k] + inner(model.H[k, :N], z[:N])
+        row_at = room.matrices_at + NUMBER * (H * N + k) * N
+        gradient = vectors[GRADIENT, k] + inner(matrices[H, k], z, row_at, z_at, M, room.arguments)
         value, threshold = z[k] - gradient / curvature, weight / curvature
         if k >= n:
             z[k] = max(value, 0.0)
@@ -203,49 +169,43 @@ def sweep(model, weight, n, N):
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def minimise(model, weight, slack, n, N):
-    """Minimise over the first N unknowns, from `start`; coordinate descent where active sets cycle.
+def minimise(room, weight, slack, n, M):
+    """Set `END` to the minimiser, from `START`; coordinate descent where active sets cycle.
 
     The list of active unknowns then starts empty: where H is singular, its factor depends on the order.
     """
-    copy(model.start[:N], model.z)
-    if active_set(model, weight, slack, n, N):
+    if active_set(room, weight, slack, n, M):
         return
     for _ in range(ROUNDS):
         for _ in range(SWEEPS):
-            sweep(model, weight, n, N)
-        copy(model.start[:N], model.z)
-        model.counts[:] = 0
-        if active_set(model, weight, slack, n, N):
+            sweep(room, weight, n, M)
+        room.counts[ACTIVE] = room.counts[FACTORED] = 0
+        if active_set(room, weight, slack, n, M):
             return
-    copy(model.start[:N], model.z)
+    for k in range(M):
+        room.vectors[END, k] = room.vectors[START, k]
 
 
 @no_type_check
-@njit(cache=True, error_model="numpy")
-def lasso(H, h, weight, z):
-    """Set z (N,) to the minimiser of z'Hz/2 + h'z + weight ||z||_1; for callers that are not compiled.
+def lasso_batch(hs, weights, room, Z):
+    """Set row j of Z (p, n) to the minimiser of z'Hz/2 + h_j'z + weight_j ||z||_1; H is the model's.
 
-    A compiled function called by other compiled functions must not return arrays to Python: the helpers for
-    that can be missing when the two are loaded from caches written by different processes.
+    hs (p, n), weights (p,).
     """
-    model = new_model(h.size)
-    model.H[:] = H
-    model.h[:] = h
-    minimise(model, weight, 0.0, h.size, h.size)
-    copy(model.z, z)
-
-
-@no_type_check
-@njit(cache=True, error_model="numpy")
-def lasso_batch(H, hs, weights, Z):
-    """`lasso` for every row of hs (p, n) and Z (p, n), with weights (p,); H is shared."""
-    model = new_model(H.shape[0])
-    model.H[:] = H
+    n = hs.shape[1]
     for j in range(hs.shape[0]):
-        model.h[:] = hs[j]
-        model.start[:] = 0.0
-        model.counts[:] = 0
-        minimise(model, weights[j], 0.0, H.shape[0], H.shape[0])
-        copy(model.z, Z[j])
+        for k in range(n):
+            room.vectors[GRADIENT, k], room.vectors[START, k] = hs[j, k], 0.0
+        room.counts[ACTIVE] = room.counts[FACTORED] = 0
+        minimise(room, weights[j], 0.0, n, n)
+        for k in range(n):
+            Z[j, k] = room.vectors[END, k]
+
+
+def _interpreted_seconds(hs: NDArray[np.float64], *rest: object) -> float:
+    """About what `lasso_batch` takes interpreted: some active sets a template."""
+    return float(hs.shape[0] * (2e-4 + 1e-6 * hs.shape[1] ** 2))
+
+
+lasso_kernel = Kernel(lasso_batch, _interpreted_seconds, compile_seconds=3.0)
+"""`lasso_batch`, interpreted or compiled."""

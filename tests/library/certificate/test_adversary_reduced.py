@@ -277,7 +277,7 @@ def ends_alone(module: ModuleType) -> Fraction:
     before = {name: vars(module)[name] for name in stubs}
     vars(module).update(stubs)
     module._bound_one(
-        None, SimpleNamespace(t=wild(1, 1), lambdas=None), Wild(1000), room_of(module), bounds, 0
+        None, SimpleNamespace(t=wild(1, 1), lambdas=None), Wild(1000), np.inf, room_of(module), bounds, 0
     )
     vars(module).update(before)
     return max(exact(bounds.lower[0]) - (lower - gap), gap + stored - exact(bounds.gap[0]))
@@ -313,7 +313,7 @@ def _root(square: Fraction) -> Fraction:
     return Fraction(float(square) ** 0.5)
 
 
-LASSOS = tuple(
+lasso_kernel = tuple(
     (w, (one, two, Fraction(0)), signs)
     for w, signs in product(((Fraction(1, 3), Fraction(0)), (Fraction(-9), Fraction(7))), SIGNS)
     for one, two in ((Fraction(0), Fraction(1, 3)), (Fraction(1, 7), Fraction(0)))
@@ -358,7 +358,7 @@ def test_zeros_and_the_ends_of_the_interval_are_rounded_outwards() -> None:
     assert excess(lambda: ends_alone(code()[0])) <= 0
 
 
-@pytest.mark.parametrize("given", LASSOS)
+@pytest.mark.parametrize("given", lasso_kernel)
 def test_no_bound_of_the_lasso_is_broken(given: Any) -> None:
     assert excess(lambda: lasso_alone(code()[1], *given), climb=False) <= 0
 
@@ -382,7 +382,7 @@ def others(*changes: tuple[str, str]) -> Iterator[Fraction]:
 
 
 def lassos(*changes: tuple[str, str]) -> Iterator[Fraction]:
-    yield from (excess(lambda at=at: lasso_alone(code(*changes)[1], *at), climb=False) for at in LASSOS)
+    yield from (excess(lambda at=at: lasso_alone(code(*changes)[1], *at), climb=False) for at in lasso_kernel)
 
 
 def lengths(*changes: tuple[str, str]) -> Iterator[Fraction]:
@@ -433,7 +433,7 @@ def test_without_roundings_on_top_of_the_depth_a_bound_is_broken(kind: str) -> N
 
 
 def test_a_scale_that_is_feasible_only_in_rounded_arithmetic_is_not_taken() -> None:
-    """In float64, compiled: s |v| rounds to lambda2, and lies above it; the same at lambda3."""
+    """In float64: s |v| rounds to lambda2, and lies above it; the same at lambda3."""
     rng, seen = np.random.default_rng(0), 0
     for worst_v, s in rng.uniform(0.5, 1.0, size=(200, 2)).tolist():
         limit = s * worst_v

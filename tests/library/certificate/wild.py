@@ -204,7 +204,7 @@ def copied(
 
     What it imports from the modules of which `below` has copies is taken from the copies.
     """
-    source = inspect.getsource(module).replace("@njit(cache=True)\n", "")
+    source = inspect.getsource(module)
     for old, new in changes:
         assert source.count(old) >= 1, old
         source = source.replace(old, new)

@@ -1,0 +1,181 @@
+"""Which form a kernel takes, and where its machine code is kept."""
+
+import os
+import types
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from convexperc import errors
+from convexperc.errors import MissingExtraError, SlowWarning
+from convexperc.kernels import kernel as kernel_module
+from convexperc.kernels import machine_code
+from convexperc.kernels.identity import digest
+from convexperc.kernels.kernel import LOAD_SECONDS, Kernel
+
+FACTOR = 2.0
+
+
+def _inner(x: float) -> float:
+    return FACTOR * x
+
+
+def _outer(x: float) -> float:
+    return _inner(x) + 1.0
+
+
+def new(seconds: float = 0.0, compile_seconds: float = 5.0) -> Kernel:
+    return Kernel(_outer, lambda x: seconds, compile_seconds)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of its own for machine code, and no choice made by the caller."""
+    monkeypatch.setenv(machine_code.FOLDER_VARIABLE, str(tmp_path / "cache"))
+    monkeypatch.delenv(kernel_module.CHOICE_VARIABLE, raising=False)
+    errors.warn_once.cache_clear()
+    return tmp_path / "cache"
+
+
+def form(kernel: Kernel) -> str:
+    assert kernel(3.0) == 7.0
+    return "interpreted" if kernel._machine_code is None else "compiled"
+
+
+def test_little_work_is_interpreted_and_much_is_compiled() -> None:
+    assert form(new(0.5 * LOAD_SECONDS)) == "interpreted"
+    assert form(new(4.9)) == "interpreted"
+    assert form(new(5.1)) == "compiled"
+
+
+def test_what_is_compiled_already_is_loaded_sooner(folder: Path) -> None:
+    new().compiled(3.0)
+    assert len(list(folder.iterdir())) == 1
+    assert form(new(0.9 * LOAD_SECONDS)) == "interpreted"
+    assert form(new(1.1 * LOAD_SECONDS)) == "compiled"
+
+
+def test_interpreted_seconds_add_up() -> None:
+    kernel = new(0.0, 1.2)
+    assert form(kernel) == "interpreted"
+    kernel._spent = 1.3
+    assert form(kernel) == "compiled"
+
+
+@pytest.mark.parametrize("choice", ["interpreted", "compiled"])
+def test_the_environment_decides(choice: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(kernel_module.CHOICE_VARIABLE, choice)
+    assert form(new(1e9 if choice == "interpreted" else 0.0)) == choice
+
+
+def test_without_numba_it_is_said_once_how_to_get_faster(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(errors, "installed", lambda module: False)
+    monkeypatch.setattr(kernel_module, "installed", lambda module: False)
+    assert form(new(4.9)) == "interpreted"
+    with pytest.warns(SlowWarning, match=r"convexperc\[fast\]"):
+        assert form(new(5.1)) == "interpreted"
+    assert form(new(5.1)) == "interpreted"
+    with pytest.raises(MissingExtraError, match=r"convexperc\[fast\]"):
+        new().compiled(3.0)
+
+
+def test_a_function_that_cannot_be_compiled_stays_interpreted() -> None:
+    kernel = Kernel(lambda x: str(object()) and x, lambda x: 1e9, 1.0)
+    with pytest.warns(SlowWarning, match="stays interpreted"):
+        assert kernel(3.0) == 3.0
+    assert kernel(4.0) == 4.0
+
+
+@pytest.mark.parametrize("damage", [b"", b"x", None])
+def test_a_damaged_file_is_compiled_anew(damage: bytes | None, folder: Path) -> None:
+    new().compiled(3.0)
+    (path,) = folder.iterdir()
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2] if damage is None else damage)
+    assert new().compiled(3.0) == 7.0
+    assert len(path.read_bytes()) >= len(whole) // 2
+    name, form = path.name[: -len(machine_code.SUFFIX)].rsplit("-", 1)
+    assert machine_code.read(name, form) is not None
+
+
+def test_a_file_of_another_version_of_numba_is_compiled_anew(folder: Path) -> None:
+    new().compiled(3.0)
+    (path,) = folder.iterdir()
+    name, form = path.name[: -len(machine_code.SUFFIX)].rsplit("-", 1)
+    assert machine_code.write(name, form, b"no pickle") == path
+    assert new().compiled(3.0) == 7.0
+
+
+def test_a_file_of_somebody_else_is_not_used(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = new()
+    kernel.compiled(3.0)
+    assert machine_code.places(kernel.name)
+    monkeypatch.setattr(machine_code, "_owners", lambda: {os.getuid() + 1})
+    assert not machine_code.places(kernel.name)
+
+
+def test_without_a_folder_each_process_compiles_and_says_so_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(machine_code.FOLDER_VARIABLE, "/proc/nowhere")
+    with pytest.warns(SlowWarning, match="CONVEXPERC_CACHE_DIR"):
+        assert new().compiled(3.0) == 7.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert Kernel(_inner, lambda x: 0.0, 1.0).compiled(3.0) == 6.0
+
+
+def test_no_home_and_a_package_that_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(machine_code.FOLDER_VARIABLE)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(machine_code, "BESIDE_SOURCES", tmp_path / "archive.zip" / "__pycache__")
+    monkeypatch.setenv("HOME", "/nonexistent")
+    assert [str(folder) for folder in machine_code.folders()] == ["/nonexistent/.cache/convexperc"]
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert (
+        machine_code.write("name", "form", b"content") == tmp_path / "convexperc" / "name-form.machine-code"
+    )
+
+
+def test_older_machine_code_of_this_installation_is_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(machine_code.FOLDER_VARIABLE)
+    monkeypatch.setattr(machine_code, "BESIDE_SOURCES", tmp_path)
+    for name in ("solve.python-old", "bound.python-old", "solve.python-new"):
+        machine_code.write(name, "form", b"content")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "bound.python-old-form.machine-code",
+        "solve.python-new-form.machine-code",
+    ]
+
+
+CODE = "def inner(x):\n    return {inner}\n\ndef outer(x):\n    return inner(x) + SUMMAND\n"
+
+
+def made(inner: str = "2.0 * x", summand: Any = 1.0, comment: str = "") -> Any:
+    module = types.ModuleType("made")
+    module.__dict__["SUMMAND"] = summand
+    exec(comment + CODE.format(inner=inner), module.__dict__)
+    return module.__dict__["outer"]
+
+
+def test_the_digest_is_that_of_everything_that_is_reached() -> None:
+    assert digest(made()) == digest(made()) == digest(made(comment="# only a comment\n"))
+    changed = (
+        made("3.0 * x"), made("x * 2.0"), made(summand=np.nextafter(1.0, 2.0)), made(summand=np.array([1.0])),
+        made(summand=np.array([2.0])), made("-(2.0 * x)"),
+    )  # fmt: skip
+    found = {digest(function) for function in (made(), *changed)}
+    assert len(found) == 1 + len(changed)
+
+
+def test_machine_code_older_than_what_it_calls_is_not_used(folder: Path) -> None:
+    first = Kernel(made(), lambda x: 0.0, 1.0)
+    assert first.compiled(3.0) == 7.0
+    second = Kernel(made("5.0 * x"), lambda x: 0.0, 1.0)
+    assert second.compiled(3.0) == 16.0
+    assert len(list(folder.iterdir())) == 2
