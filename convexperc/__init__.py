@@ -3,7 +3,7 @@
 The names are loaded on first use, so that ``import convexperc`` costs nothing.
 """
 
-import lazy_loader
+from convexperc.faces import attach
 
 __version__ = "0.1.0"
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__)

@@ -2,9 +2,22 @@
 
 import functools
 import importlib.util
-import pickle
+import re
 import warnings
 from typing import Any
+
+_UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+"""What breaks, moves or reorders printed text, or cannot be encoded: control characters, ends of lines,
+directional embeddings, overrides and isolates, and the surrogates that stand for bytes that are no UTF-8."""
+
+
+def escaped(text: str) -> str:
+    r"""Return one line that is safe to print: a name in it cannot forge another line, or reorder its own.
+
+    What cannot be printed safely stands as in a Python string, ``\n`` or ``\u202e``; everything else, such as
+    the spaces of other scripts or emoji of several code points, stands as it is.
+    """
+    return _UNSAFE.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
 class ConvexpercError(Exception):
@@ -28,10 +41,12 @@ class ConvexpercError(Exception):
         self.must = must
         self.remedy = remedy
         message = f"{what} {must}; got {_shown(value)}."
-        super().__init__(f"{message} {remedy}" if remedy else message)
+        super().__init__(escaped(f"{message} {remedy}" if remedy else message))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the named parts, so that an error can be raised across processes."""
+        import pickle  # noqa: PLC0415 - rarely needed, and not at once
+
         value = self.value
         try:
             pickle.dumps(value)

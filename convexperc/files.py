@@ -1,9 +1,10 @@
 """Strict reading of JSON, and atomic writing of files."""
 
 import json
+import math
 import os
-import secrets
-from collections.abc import Iterable, Mapping
+import unicodedata
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,13 @@ from typing import Any
 from convexperc.errors import FileFormatError, InputError
 
 
-class _Constant(str):
-    """NaN, Infinity or -Infinity as written in the file: not JSON, and refused where a number is expected."""
+class NoFloat(str):
+    """A number as the file writes it that float64 does not hold: refused where a number is expected.
+
+    NaN and infinity, which are not JSON, and what float64 would turn into infinity or into 0.
+    """
+
+    __slots__ = ()
 
 
 def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
@@ -35,13 +41,20 @@ def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
     must = "must be a readable JSON file"
     try:
         text = Path(path).read_bytes().decode("utf-8-sig")
-        return file, json.loads(text, object_pairs_hook=once, parse_constant=_Constant)
+        return file, json.loads(text, object_pairs_hook=once, parse_constant=NoFloat, parse_float=_float)
     except FileFormatError:
         raise
     except OSError as problem:
         raise FileFormatError(file, value=problem.strerror, must=must, remedy="Check the path.") from None
     except (ValueError, RecursionError) as problem:
         raise FileFormatError(file, value=str(problem), must=must) from None
+
+
+def _float(text: str) -> float | NoFloat:
+    """The nearest float64 of a decimal number, if it is neither infinite nor 0 for another number."""
+    value = float(text)
+    lost = value == 0.0 and text.lower().partition("e")[0].strip("-0.")
+    return NoFloat(text) if lost or math.isinf(value) else value
 
 
 def placed(file: str, error: InputError) -> FileFormatError:
@@ -68,7 +81,7 @@ def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
         See `check_place`; or writing fails, for example because the disk is full.
     """
     place = check_place(path)
-    beside = place.with_name(f".{secrets.token_hex(6)}.part")
+    beside = place.with_name(f".{os.urandom(6).hex()}.part")
     try:
         try:
             with beside.open("xb") as stream:
@@ -107,6 +120,86 @@ def check_place(path: str | os.PathLike[str]) -> Path:
     if not os.access(place.parent, os.W_OK | os.X_OK):
         raise _unwritable(path, "no permission in its folder")
     return place
+
+
+def check_apart(
+    files: Mapping[str, Path | None],
+    *,
+    folders: Mapping[str, Path | None] | None = None,
+    inputs: Mapping[str, Path | None] | None = None,
+) -> None:
+    """Check that no output of a command is an input or another output; call before any work.
+
+    Files are the same where the system says so, whatever their names; two that do not exist yet are taken for
+    the same if their names differ by case or Unicode normalisation alone.
+
+    Parameters
+    ----------
+    files, folders : mapping of str to Path or None
+        The files that are written and the folders that are filled, by what an error calls them, for example
+        their options; None is skipped.
+    inputs : mapping of str to Path or None
+        The files and folders that are read.
+
+    Raises
+    ------
+    InputError
+        Two outputs are the same, or one is an input; a file lies directly in a folder that is read, where it
+        would be read the next time; or a filled folder contains an input or another output, or lies in one.
+    """
+    written, filled, read = (_given(each or {}) for each in (files, folders, inputs))
+    for i, (name, path) in enumerate(written):
+        _refuse(name, path, (*read, *written[:i]), _same, "must be another file than {}")
+        _refuse(name, path, read, _is_read_with, "must not lie in the folder of {}, which is read")
+    for i, (name, path) in enumerate(filled):
+        others = *read, *written, *filled[:i]
+        _refuse(name, path, others, _overlap, "must neither contain {} nor lie in it")
+
+
+def _given(places: Mapping[str, Path | None]) -> list[tuple[str, Path]]:
+    return [(name, path) for name, path in places.items() if path is not None]
+
+
+def _refuse(
+    name: str,
+    path: Path,
+    others: Iterable[tuple[str, Path]],
+    collide: Callable[[Path, Path], bool],
+    must: str,
+) -> None:
+    for other, place in others:
+        if collide(path, place):
+            remedy = "Choose another place."
+            raise InputError(name, value=os.fspath(path), must=must.format(other), remedy=remedy)
+
+
+def _is_read_with(path: Path, place: Path) -> bool:
+    return place.is_dir() and _same(_resolved(path).parent, place)
+
+
+def _overlap(one: Path, other: Path) -> bool:
+    pairs = (one, other), (other, one)
+    return any(_same(folder, each) for folder, path in pairs for each in (path, *_resolved(path).parents))
+
+
+def _same(one: Path, other: Path) -> bool:
+    """Return whether two paths lead to one file or folder; see `check_apart` where neither exists."""
+    try:
+        return one.samefile(other)
+    except (OSError, ValueError, RuntimeError):
+        found = _resolved(one), _resolved(other)
+        if found[0] == found[1] or any(map(os.path.lexists, found)):
+            return found[0] == found[1]
+        names = (unicodedata.normalize("NFC", path.name).casefold() for path in found)
+        return next(names) == next(names) and _same(found[0].parent, found[1].parent)
+
+
+def _resolved(path: Path) -> Path:
+    """Follow the links of a path; one that cannot be followed is refused when it is used."""
+    try:
+        return path.resolve()
+    except (OSError, ValueError, RuntimeError):
+        return path.absolute()
 
 
 def _unwritable(path: str | os.PathLike[str], found: str | None) -> InputError:

@@ -15,6 +15,7 @@ from interpreter import Interpreter
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+import convexperc as convexperc_package
 from convexperc.files import write_json
 from convexperc.problem.files import problem_record
 from convexperc.problem.problem import Problem
@@ -26,7 +27,8 @@ EXTRAS = PROJECT["optional-dependencies"]
 OWN = {"convexperc", "verification"}
 
 NEEDS_AN_EXTRA = {
-    "convexperc.report.figure": "draws with Matplotlib; `convexperc.report.picture` asks for it before",
+    "convexperc.report.canvas": "draws with Matplotlib; `convexperc.report.backend` asks for it before",
+    "convexperc.report.figure": "draws with Matplotlib; `convexperc.report.backend` asks for it before",
 }
 """Modules of the library that cannot be imported without an extra, and why."""
 
@@ -129,6 +131,10 @@ def verifier(python):
 def refusal(what, module, extra):
     missing = f"""got ModuleNotFoundError("No module named '{module}'")"""
     return f"error: {what} needs {module}; {missing}. Install it: pip install 'convexperc[{extra}]'.\n"
+
+
+def test_the_version_is_one():
+    assert convexperc_package.__version__ == PROJECT["version"]
 
 
 def test_what_is_left_out_is_what_the_extras_bring():
@@ -260,10 +266,11 @@ def test_a_proof_is_written_and_checked_without_an_extra(convexperc, verifier, t
 @pytest.mark.parametrize("module", ["absent_here", "joblib.no_such_part"])
 def test_a_package_that_is_installed_and_broken_is_not_called_missing(python, module, tmp_path):
     (tmp_path / "cvc5.py").write_text(f"import {module}\n", encoding="utf-8")
-    program = "sys.path.insert(0, sys.argv.pop(1)); ABSENT.discard('cvc5')\n"
+    program = "import tempfile\nsys.path.insert(0, sys.argv.pop(1)); ABSENT.discard('cvc5')\n"
+    program += "tempfile.tempdir = sys.path[0]\n"
     program += "from verification.__main__ import main; main()"
     done = python(program, tmp_path, "run", "--claim", "D1", "--out", tmp_path / "out")
-    assert done.returncode == 1, done
-    assert done.stderr.rstrip().endswith(f"No module named '{module}'"), done.stderr
+    assert done.returncode == 70, done
+    assert done.stderr.splitlines()[0].endswith(f"No module named '{module}'"), done.stderr
     assert "Install it" not in done.stderr, done.stderr
     assert not (tmp_path / "out").exists()

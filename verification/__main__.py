@@ -1,54 +1,61 @@
 """The command line of the verifier."""
 
-import sys
+from typing import Any
 
 import typer
 
-from convexperc.errors import MissingExtraError, require
+from convexperc.cli.exits import FAILURES
+from convexperc.cli.program import Program
+from convexperc.errors import require
 from verification.commands import campaign, claims, experiments, faults, replay, reports, solvers
-
-app = typer.Typer(
-    add_completion=False,
-    no_args_is_help=True,
-    help="Judge the paper's claims, the library, and other solvers.",
-)
-report = typer.Typer(add_completion=False, invoke_without_command=True, help=claims.report.__doc__)
-report.callback()(claims.report)
-report.command("diff")(claims.diff)
-
-app.command("list")(claims.listed)
-app.command()(claims.run)
-app.add_typer(report, name="report")
-app.command()(replay.replay)
-app.command()(faults.faults)
-app.command()(experiments.experiments)
-app.command()(experiments.experiments_pages)
-app.command()(reports.reports)
-app.command()(solvers.families)
-app.command()(campaign.campaign)
-app.command()(solvers.check)
-app.command()(solvers.bench)
-
-
-MISUSE = 2
-"""Exit code of misuse, typer's own."""
 
 VERIFY = ("cvc5", "hypothesis", "jinja2", "joblib", "jsonschema", "matplotlib", "z3")
 """Modules that the extra `verify` brings; a command imports what it needs before it does anything."""
 
 
-def main() -> None:
-    """Entry point of the console script; a missing extra ends it with one line."""
-    try:
+class Verifier(Program):
+    """The commands of the verifier, which name the extra that one of them lacks."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command; see `Program`."""
         try:
-            app()
+            return super().invoke(ctx)
         except ModuleNotFoundError as error:
             if error.name in VERIFY:
                 require(error.name, "verify", "this command")
             raise
-    except MissingExtraError as error:
-        typer.echo(f"error: {error}", err=True)
-        sys.exit(MISUSE)
+
+
+app = typer.Typer(
+    name="convexperc-verification",
+    cls=Verifier,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    no_args_is_help=True,
+    help="Judge the paper's claims, the library, and other solvers.",
+    epilog=f"Exit codes: 0, 1 and 3 as each command says; 2 misuse; {FAILURES}",
+)
+report = typer.Typer(add_completion=False, invoke_without_command=True, help=claims.REPORT_HELP)
+report.callback()(claims.report)
+report.command("diff", help=claims.DIFF_HELP)(claims.diff)
+
+app.command("list", help=claims.LISTED_HELP)(claims.listed)
+app.command(help=claims.RUN_HELP)(claims.run)
+app.add_typer(report, name="report")
+app.command(help=replay.REPLAY_HELP)(replay.replay)
+app.command(help=faults.FAULTS_HELP)(faults.faults)
+app.command(help=experiments.EXPERIMENTS_HELP)(experiments.experiments)
+app.command(help=experiments.EXPERIMENTS_PAGES_HELP)(experiments.experiments_pages)
+app.command(help=reports.REPORTS_HELP)(reports.reports)
+app.command(help=solvers.FAMILIES_HELP)(solvers.families)
+app.command(help=campaign.CAMPAIGN_HELP)(campaign.campaign)
+app.command(help=solvers.CHECK_HELP)(solvers.check)
+app.command(help=solvers.BENCH_HELP)(solvers.bench)
+
+
+def main() -> None:
+    """Run the command line and exit with its code; see `convexperc.cli.exits`."""
+    app()
 
 
 if __name__ == "__main__":

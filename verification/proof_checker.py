@@ -26,6 +26,8 @@ ROOT_BITS = 256
 """Square roots are rounded up at this many bits; the writer rounds up at fewer."""
 MOST_DIGITS, MOST_EXPONENT = 2**18, 2**18
 """Hexadecimal digits and binary exponent of a number: beyond these a file only costs memory."""
+MOST_BITS, MOST_WORK = 2**31, 2**45
+"""Bits of a vector in units of its smallest part (256 MB), and products of bits (a minute or less)."""
 LAMBDAS = ("lambda1", "lambda2", "lambda3")
 HEX = re.compile(r"(-?)0x([0-9a-f]+)(?:\.([0-9a-f]+))?p([+-][0-9]{1,7})", re.ASCII)
 
@@ -61,6 +63,10 @@ class _Vector:
 
     def part(self, columns: Sequence[int]) -> "_Vector":
         return _Vector(tuple(self.whole[j] for j in columns), self.exponent)
+
+    @property
+    def bits(self) -> int:
+        return max(abs(entry).bit_length() for entry in self.whole)
 
 
 @dataclass(frozen=True)
@@ -113,12 +119,23 @@ def check(source: Path | str) -> Verdict:
         primal, dual = (_keyed(record[k], k, names) for k, names in (("primal", "wu"), ("dual", "ab")))
         w, u = _vector(primal["w"], "primal.w", n), _vector(primal["u"], "primal.u", d)
         a, b = _vector(dual["a"], "dual.a", d), _vector(dual["b"], "dual.b", n)
+        _check_work(problem, max(x.bits for x in (w, u, a, b)))
         _check_feasible(problem, a, b)
         _require(_dual_value(problem, a, b) >= lower, "claim.lower: exceeds D(a, b)")
         _require(_objective(problem, w, u) <= upper, "claim.upper: is below F(w, u)")
     except Rejected as rejection:
         return Verdict(False, str(rejection))
+    except MemoryError:
+        return Verdict(False, "not checked: it takes more memory than there is")
     return Verdict(True, f"{claim['lower']} <= F* <= {claim['upper']}", problem.sha256)
+
+
+def _check_work(problem: _Problem, bits: int) -> None:
+    """Reject witnesses of so many bits that the products below would take too long."""
+    n, d, m = len(problem.X), len(problem.o.whole), len(problem.modalities)
+    own = max(abs(entry).bit_length() for row in problem.X for entry in row)
+    work = n * d * own * bits + (n + d + m) * bits**2
+    _require(work <= MOST_WORK, f"not checked: its numbers have {bits} bits, beyond the limit of work")
 
 
 def _check_feasible(problem: _Problem, a: _Vector, b: _Vector) -> None:
@@ -218,7 +235,7 @@ def _parsed(data: bytes) -> Any:
         raise Rejected(f"number {text[:40]}: numbers are hex floats in strings")
 
     try:
-        text = data.decode("utf-8")
+        text = data.decode("utf-8-sig")
         return json.loads(text, object_pairs_hook=once, parse_constant=refused, parse_float=refused)
     except (ValueError, RecursionError) as problem:
         raise Rejected(f"not JSON: {problem}") from None
@@ -286,8 +303,11 @@ def _doubles(entries: Any, place: str, length: int) -> list[Pair]:
 
 
 def _vector(entries: Any, place: str, length: int) -> _Vector:
-    texts = _listed(entries, place, length)
-    return _common([_exact(text, f"{place}[{i}]") for i, text in enumerate(texts)])
+    pairs = [_exact(text, f"{place}[{i}]") for i, text in enumerate(_listed(entries, place, length))]
+    ends = [(e, e + m.bit_length()) for m, e in pairs if m]
+    span = max(high for _, high in ends) - min(low for low, _ in ends) if ends else 0
+    _require(length * span <= MOST_BITS, f"{place}: not checked: beyond the limit of {MOST_BITS} bits")
+    return _common(pairs)
 
 
 def _common(pairs: Sequence[Pair]) -> _Vector:

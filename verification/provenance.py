@@ -9,6 +9,8 @@ import subprocess
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +37,16 @@ TOP = Path(__file__).resolve().parents[1]
 PACKAGES = ("convexperc", "verification")
 SOLVING = tuple(
     f"convexperc/{name}"
-    for name in ("problem", "solvers", "certificate", "enclosure", "solution", "errors.py", "files.py")
+    for name in (
+        "problem",
+        "solvers",
+        "certificate",
+        "enclosure",
+        "solution",
+        "errors.py",
+        "faces.py",
+        "files.py",
+    )
 )
 RECOGNIZING = (*SOLVING, "convexperc/features", "convexperc/recognition")
 JUDGING = tuple(
@@ -129,17 +140,28 @@ def code_digest(*places: str, without: str = "") -> str:
     without : str
         A folder to leave out.
     """
-    files = {file for place in places or PACKAGES for file in _files(TOP / place) if file.suffix in CODE}
-    found = sorted(file for file in files if not without or TOP / without not in file.parents)
-    return digest({file.relative_to(TOP).as_posix(): _code(file) for file in found})
+    found = dict(file for place in places or PACKAGES for file in _files(place, _place(place)))
+    chosen = sorted(name for name in found if not without or not name.startswith(f"{without}/"))
+    return digest({name: _code(found[name]) for name in chosen})
 
 
-def _files(place: Path) -> Iterator[Path]:
-    yield from (file for file in place.rglob("*") if file.is_file()) if place.is_dir() else (place,)
+def _place(name: str) -> Traversable:
+    """A file or folder, also where the packages are in an archive."""
+    package, *parts = name.split("/")
+    return TOP.joinpath(name) if TOP.is_dir() else files(package).joinpath(*parts)
 
 
-def _code(file: Path) -> str:
-    if file.suffix != ".py":
+def _files(name: str, place: Traversable) -> Iterator[tuple[str, Traversable]]:
+    """The files of code in a folder, or the file itself, by their names."""
+    if place.is_dir():
+        for each in place.iterdir():
+            yield from _files(f"{name}/{each.name}", each)
+    elif name.endswith(CODE):
+        yield name, place
+
+
+def _code(file: Traversable) -> str:
+    if not file.name.endswith(".py"):
         return hashlib.sha256(file.read_bytes()).hexdigest()
     return digest(_syntax(ast.parse(file.read_bytes())))
 

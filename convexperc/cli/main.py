@@ -4,30 +4,32 @@ NumPy, OpenCV, Numba, Matplotlib and CVXPY take seconds to load. The packages im
 a command needs them, so that ``--help`` answers at once.
 """
 
+import os
 from enum import StrEnum
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from convexperc import certificate, features, recognition, report, solution, solvers
+from convexperc import __version__, certificate, features, recognition, report, solution, solvers
 from convexperc import problem as problems
 from convexperc.cli import simulate as simulate_command
-from convexperc.cli.exits import CERTIFIED, exits
+from convexperc.cli.exits import CERTIFIED, FAILURES, exits
+from convexperc.cli.program import Program
 from convexperc.cli.progress import working
-from convexperc.files import check_place, write_atomic, write_json
-from convexperc.report import tables
+from convexperc.errors import escaped
+from convexperc.files import check_apart, check_place, json_bytes, write_atomic
 
 FIRST_RUN = "working; the first run of an installation compiles, half a minute"
 # Shown below the help of every command.
 EPILOG = (
     "Exit codes: 0 proved; 1 not proved (solve, certify: the answer is not certified; recognize: the answer"
     " for the label is not certified, or no label is proved because objects are undecided or tied); 2 the"
-    " input cannot be used; 70 an internal error; 130 interrupted."
+    f" input cannot be used; {FAILURES}"
 )
 app = typer.Typer(
     name="convexperc",
+    cls=Program,
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -59,22 +61,32 @@ Problem = Annotated[Path, typer.Argument(metavar="PROBLEM", help="Problem file (
 
 def _print_version(wanted: bool) -> bool:
     if wanted:
-        typer.echo(f"convexperc {version('convexperc')}")
+        typer.echo(f"convexperc {__version__}")
         raise typer.Exit(CERTIFIED)
     return wanted
 
 
-@app.callback()
+CONVEXPERC_HELP = "Recognise an object from several robots' views, with a proof of how good the answer is."
+
+
+@app.callback(help=CONVEXPERC_HELP)
 def convexperc(
     version: Annotated[
         bool,
         typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
     ] = False,
 ) -> None:
-    """Recognise an object from several robots' views, with a proof of how good the answer is."""
+    """Run a command of ``convexperc``."""
 
 
-@app.command(epilog=EPILOG)
+RECOGNIZE_HELP = (
+    "Recognise the object that all views show.\n\n"
+    "Exit code 0 means that the answer for the label is certified and its optimum is proved to lie "
+    "below every other one. Whether the features distinguish the objects is not proved."
+)
+
+
+@app.command(help=RECOGNIZE_HELP, epilog=EPILOG)
 @exits
 def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     references: Annotated[
@@ -108,21 +120,15 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")
     ] = None,
 ) -> bool:
-    """Recognise the object that all views show.
-
-    Exit code 0 means that the answer for the label is certified
-    and its optimum is proved to lie below every other one.
-    Whether the features distinguish the objects is not proved.
-    """
+    """Run ``convexperc recognize``."""
     if sample == (references is not None or views is not None) or (scene is not None and not sample):
         raise typer.BadParameter("give --references and --views, or --sample (and optionally --scene)")
     if (references is None) != (views is None):
         raise typer.BadParameter("--references and --views go together")
     with working(FIRST_RUN):
         kind = None if figure is None else report.picture_kind(figure)
-        for file in (json, figure):
-            if file is not None:
-                check_place(file)
+        read = {"--references": references, "--views": views, "--configuration": configuration}
+        _check_outputs({"--json": json, "--picture": figure}, read)
         chosen = features.FeatureConfiguration()
         if configuration is not None:
             chosen = features.read_configuration(configuration)
@@ -132,13 +138,13 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
             seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
             decision=decide.value.replace("-", " "),
         )  # fmt: skip
-    if json is not None:
-        _write(json, report.recognition_record(found, chosen))
-    if figure is not None and kind is not None:
-        write_atomic(figure, report.recognition_picture(found, seen, kind))
-        typer.echo(f"wrote {figure}", err=True)
+        content = {} if json is None else {json: json_bytes(report.recognition_record(found, chosen))}
+        if figure is not None and kind is not None:
+            content[figure] = report.recognition_picture(found, seen, kind)
+    _write(content)
+    tables = report.tables
     out = tables.console()
-    out.print(heading)
+    out.print(escaped(heading))
     tables.show_recognition(out, found)
     return found.certified and found.label is not None
 
@@ -150,7 +156,10 @@ def _solver(name: SolverName) -> "solvers.Solver":
     return solvers.Quadratic() if name is SolverName.QP else solvers.Conic()
 
 
-@app.command(epilog=EPILOG)
+SOLVE_HELP = """Solve a problem file and certify the answer."""
+
+
+@app.command(help=SOLVE_HELP, epilog=EPILOG)
 @exits
 def solve(
     problem: Problem,
@@ -170,20 +179,18 @@ def solve(
         ),
     ] = None,
 ) -> bool:
-    """Solve a problem file and certify the answer."""
+    """Run ``convexperc solve``."""
     with working(FIRST_RUN):
-        for file in (json, proof):
-            if file is not None:
-                check_place(file)
+        _check_outputs({"--json": json, "--proof": proof}, {"PROBLEM": problem})
         asked = problems.read_problem(problem)
         if solver is SolverName.QP and not solvers.is_quadratic(asked.problem):
             raise typer.BadParameter("qp needs lambda3 = 0 or one-column modalities; use --solver conic")
         answer = solution.solve(asked.problem, _solver(solver), escalate=escalate)
-        proved = None if proof is None else report.proof_record(answer)
-    if json is not None:
-        _write(json, report.solution_record(answer), asked.id)
-    if proof is not None and proved is not None:
-        _write(proof, proved)
+        content = {} if json is None else {json: _record(report.solution_record(answer), asked.id)}
+        if proof is not None:
+            content[proof] = json_bytes(report.proof_record(answer))
+    _write(content)
+    tables = report.tables
     out = tables.console()
     found = answer.certificate
     out.print(tables.problem_line(asked.problem, asked.id))
@@ -193,23 +200,26 @@ def solve(
     return found.certified
 
 
-@app.command(epilog=EPILOG)
+CERTIFY_HELP = """Certify an answer from any source; only its w and u are used."""
+
+
+@app.command(help=CERTIFY_HELP, epilog=EPILOG)
 @exits
 def certify(
     problem: Problem,
     answer: Annotated[Path, typer.Argument(metavar="ANSWER", help="Answer file (JSON) with w and u.")],
     json: Json = None,
 ) -> bool:
-    """Certify an answer from any source; only its w and u are used."""
+    """Run ``convexperc certify``."""
     with working(FIRST_RUN):
-        if json is not None:
-            check_place(json)
+        _check_outputs({"--json": json}, {"PROBLEM": problem, "ANSWER": answer})
         asked = problems.read_problem(problem)
         point = problems.read_answer(answer, asked)
         found = certificate.certify(asked.problem, point.w, point.u)
         residual = problems.optimality_residual(asked.problem, point.w, point.u)
     if json is not None:
-        _write(json, report.certificate_record(found, residual), asked.id)
+        _write({json: _record(report.certificate_record(found, residual), asked.id)})
+    tables = report.tables
     out = tables.console()
     out.print(tables.problem_line(asked.problem, asked.id))
     tables.show_blocks(out, asked.problem, point.w, point.u, found, residual)
@@ -233,6 +243,20 @@ def _pictures(
     return heading, shown.references, shown.views
 
 
-def _write(path: Path, record: dict[str, Any], name: str | None = None) -> None:
-    write_json(path, record if name is None else {"id": name, **record})
-    typer.echo(f"wrote {path}", err=True)
+def _check_outputs(outputs: dict[str, Path | None], inputs: dict[str, Path | None]) -> None:
+    """Refuse outputs that cannot be written, or would replace an input or each other, before any work."""
+    check_apart(outputs, inputs=inputs)
+    for file in outputs.values():
+        if file is not None:
+            check_place(file)
+
+
+def _record(record: dict[str, Any], name: str | None) -> bytes:
+    """Return a record as JSON, with the id of its problem if that has one."""
+    return json_bytes(record if name is None else {"id": name, **record})
+
+
+def _write(content: dict[Path, bytes]) -> None:
+    for path, data in content.items():
+        write_atomic(path, data)
+        typer.echo(f"wrote {escaped(os.fspath(path))}", err=True)

@@ -1,6 +1,7 @@
 """The command ``convexperc simulate``: draws data sets and single scenes into folders."""
 
 import os
+import shlex
 from enum import StrEnum
 from pathlib import Path
 from time import perf_counter
@@ -11,7 +12,8 @@ import typer
 from convexperc import simulation
 from convexperc.cli.exits import exits
 from convexperc.cli.progress import progress
-from convexperc.files import json_bytes
+from convexperc.errors import escaped
+from convexperc.files import check_apart, json_bytes
 
 app = typer.Typer(
     name="simulate",
@@ -52,7 +54,10 @@ Meshes = Annotated[
 ]
 
 
-@app.command()
+PHYSICAL_HELP = """Draw small objects in a lab, seen by six rovers at five levels of obstruction."""
+
+
+@app.command(help=PHYSICAL_HELP)
 @exits
 def physical(
     folder: Folder,
@@ -64,11 +69,14 @@ def physical(
     objects: Objects = None,
     meshes: Meshes = None,
 ) -> bool:
-    """Draw small objects in a lab, seen by six rovers at five levels of obstruction."""
+    """Run ``convexperc simulate physical``."""
     return _write_set("physical", folder, seed, scenes, workers, (width, height), objects, meshes)
 
 
-@app.command()
+CASE_STUDY_HELP = "Draw two cars and a sign in a park, seen by five robots of which three have a good view."
+
+
+@app.command(help=CASE_STUDY_HELP)
 @exits
 def case_study(
     folder: Folder,
@@ -80,11 +88,14 @@ def case_study(
     objects: Objects = None,
     meshes: Meshes = None,
 ) -> bool:
-    """Draw two cars and a sign in a park, seen by five robots of which three have a good view."""
+    """Run ``convexperc simulate case-study``."""
     return _write_set("case-study", folder, seed, scenes, workers, (width, height), objects, meshes)
 
 
-@app.command()
+SCENE_HELP = """Draw one scene that a file describes."""
+
+
+@app.command(help=SCENE_HELP)
 @exits
 def scene(
     description: Annotated[
@@ -95,8 +106,9 @@ def scene(
     height: Height = 120,
     meshes: Meshes = None,
 ) -> bool:
-    """Draw one scene that a file describes."""
+    """Run ``convexperc simulate scene``."""
     start = perf_counter()
+    check_apart({}, folders={"DIR": folder}, inputs={"FILE": description, "--meshes": meshes})
     known = None if meshes is None else simulation.read_meshes(meshes)
     asked = simulation.read_scene(description)
     written = simulation.write_scene(folder, asked, simulation.ImageSize(width, height), meshes=known)
@@ -104,14 +116,19 @@ def scene(
     return True
 
 
-@app.command()
+EXAMPLE_HELP = (
+    "Print the description of a scene, to start from; each scene in a manifest.json has one as well."
+)
+
+
+@app.command(help=EXAMPLE_HELP)
 @exits
 def example(
     name: Annotated[Example, typer.Argument(metavar="NAME", help="red-car, gray-car or ica-sign.")] = (
         Example.RED_CAR
     ),
 ) -> bool:
-    """Print the description of a scene, to start from; each scene in a manifest.json has one as well."""
+    """Run ``convexperc simulate example``."""
     found = next(one for one in simulation.SCENES if one.name == name.value)
     typer.echo(json_bytes(simulation.scene_record(found)), nl=False)
     return True
@@ -128,6 +145,7 @@ def _write_set(
     meshes: Path | None,
 ) -> bool:
     start = perf_counter()
+    check_apart({}, folders={"DIR": folder}, inputs={"--meshes": meshes})
     known = None if meshes is None else simulation.read_meshes(meshes)
     names = simulation.OBJECTS_OF[kind] if objects is None else tuple(objects.split(","))
     request = simulation.Request(kind, seed, scenes, names, simulation.ImageSize(*size))
@@ -146,7 +164,7 @@ def _report(folder: Path, written: "simulation.Written", seconds: float) -> None
     """Print what was drawn, how fast, and a command to try it with."""
     manifest = written.manifest
     count = f"{written.pictures} views and references with masks of {len(manifest['scenes'])} scenes"
-    typer.echo(f"{count} in {os.fspath(folder)}")
+    typer.echo(escaped(f"{count} in {os.fspath(folder)}"))
     if written.drawn_pictures:
         each = seconds / written.drawn_pictures
         typer.echo(f"drew {written.drawn_pictures} of them in {seconds:.1f} s, {each:.3f} s a picture")
@@ -154,4 +172,5 @@ def _report(folder: Path, written: "simulation.Written", seconds: float) -> None
         typer.echo("all of them were there already")
     if len(manifest["references"]) > 1:
         views = folder / "views" / manifest["scenes"][0]["name"]
-        typer.echo(f"try: convexperc recognize --references {folder / 'references'} --views {views}")
+        arguments = ["--references", os.fspath(folder / "references"), "--views", os.fspath(views)]
+        typer.echo(escaped(f"try: convexperc recognize {shlex.join(arguments)}"))

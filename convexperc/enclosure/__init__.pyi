@@ -1,4 +1,4 @@
-from .enclosure import Enclosure, certify_in_balls, enclose
+from .enclosure import Enclosure, certify_in_balls, enclose, finite_start
 from .witness import Witnesses, witnesses
 
 __all__ = [
@@ -6,5 +6,6 @@ __all__ = [
     "Witnesses",
     "certify_in_balls",
     "enclose",
+    "finite_start",
     "witnesses",
 ]

@@ -4,6 +4,7 @@ Every number is an `arb` of python-flint: a midpoint with a radius that encloses
 """
 
 import math
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -23,15 +24,20 @@ Numbers = list[Any]
 """A list of flint.arb."""
 
 
+_ALONE = threading.RLock()
+"""Held by the thread that works in balls: FLINT has one precision for the whole process."""
+
+
 @contextmanager
 def precision(bits: int) -> Iterator[None]:
-    """Work with `bits` bits inside the block."""
-    before = flint.ctx.prec
-    flint.ctx.prec = bits
-    try:
-        yield
-    finally:
-        flint.ctx.prec = before
+    """Work with `bits` bits inside the block, which other threads wait for; then as before."""
+    with _ALONE:
+        before = flint.ctx.prec
+        try:
+            flint.ctx.prec = bits
+            yield
+        finally:
+            flint.ctx.prec = before
 
 
 def exact_matrix(values: np.ndarray) -> Any:

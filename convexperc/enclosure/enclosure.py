@@ -8,6 +8,7 @@ import math
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from typing import Any
 
 import flint
 import numpy as np
@@ -81,7 +82,7 @@ def enclose(
     relative_tolerance: float = 1e-12,
     absolute_tolerance: float = ABSOLUTE / 10,
     bits: int = BITS[0],
-    start: tuple[Vector, FeatureVector] | None = None,
+    start: tuple[Any, Any] | None = None,
 ) -> Enclosure:
     """Enclose F* until the interval is as narrow as asked, or `BITS` is exhausted.
 
@@ -97,7 +98,7 @@ def enclose(
         Stop at a width of relative_tolerance F* or absolute_tolerance ||o||^2.
     bits : int
         The first precision, at least 53; the larger ones of `BITS` follow where it is not enough.
-    start : pair of float64 (n,) and (d,), optional
+    start : pair of array_like (n,) and (d,), optional
         A point (w, u) near the optimum, such as a solution's, to be refined; it is never believed. Without,
         `convexperc.solvers.newton.method.Newton` gives one.
 
@@ -158,7 +159,7 @@ class _Known:
     near: Start | None
 
     @classmethod
-    def of(cls, problem: Problem, start: tuple[Vector, FeatureVector] | None) -> "_Known":
+    def of(cls, problem: Problem, start: tuple[Any, Any] | None) -> "_Known":
         scaling = Scaling.of(problem)
         near = _float_answer(problem, scaling, start)
         return cls(problem, scaling, ExactData.of(problem), exact_optimum(problem), near)
@@ -184,9 +185,7 @@ def _in_one_precision(known: _Known, bits: int, tolerances: Tolerances) -> Enclo
         return Enclosure(*ends, *widths, *point, bits, interval.steps, exact, f"ball arithmetic, {bits} bits")
 
 
-def _float_answer(
-    problem: Problem, scaling: Scaling, given: tuple[Vector, FeatureVector] | None
-) -> Start | None:
+def _float_answer(problem: Problem, scaling: Scaling, given: tuple[Any, Any] | None) -> Start | None:
     """The start in normalised units; None where no solver answers in finite numbers."""
     normal = scaling.normalise(problem)
     if given is not None:

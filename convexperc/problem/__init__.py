@@ -1,5 +1,5 @@
 """X, o, the modalities and the lambdas; F; exact scaling; what all templates of one set of views share."""
 
-import lazy_loader
+from convexperc.faces import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__)

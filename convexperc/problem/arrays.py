@@ -9,6 +9,15 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from convexperc.errors import InputError, PointError, ProblemError
+from convexperc.problem.conversion import (
+    MUST_BE_EXACT,
+    ROUND,
+    changed,
+    exact_float,
+    is_negative,
+    real_source,
+    refuse_mask,
+)
 
 Vector = Float[np.ndarray, " n"]
 """One number a view."""
@@ -30,7 +39,7 @@ def real_array(
     Parameters
     ----------
     value : array_like
-        Real numbers: booleans, integers that float64 holds without overflow, or floats.
+        Real numbers that float64 holds: booleans, integers or floats.
     name : str
         How an error names the array.
     ndim : int
@@ -47,10 +56,10 @@ def real_array(
     Raises
     ------
     InputError
-        Complex numbers, strings, objects, ragged nesting, wrong dimension, NaN or infinity,
-        or a finite number that overflows float64.
+        Complex numbers, strings, objects, masked entries, ragged nesting, wrong dimension, NaN or infinity,
+        or a finite number that float64 does not hold exactly.
     """
-    source = _as_array(value, name, error)
+    source = real_source(value, name, error)
     if source.ndim != ndim:
         raise error(
             name, value=source.shape, must=f"must have {ndim} dimension(s)", remedy="Check its shape."
@@ -68,6 +77,11 @@ def real_array(
             must="must be finite in float64",
             remedy=f"{int(bad.sum())} of {array.size} entries are NaN, infinite or too large; clean them.",
         )
+    wrong = changed(array, source)
+    if wrong.any():
+        index = tuple(int(i) for i in np.argwhere(wrong)[0])
+        place = f"{name}[{', '.join(map(str, index))}]"
+        raise error(place, value=source[index], must=MUST_BE_EXACT, remedy=ROUND)
     array.flags.writeable = False
     return array
 
@@ -125,66 +139,27 @@ def is_power_of_two_times(scaled: Matrix, rows: Matrix, exponent: int) -> bool:
     return all(undone)
 
 
-def _as_array(value: Any, name: str, error: type[InputError]) -> NDArray[Any]:
-    """Turn `value` into an array of a real kind (bool, integer, float) without changing its numbers."""
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        hidden = int(np.ma.getmaskarray(value).sum())
-        must, remedy = "must not be masked", "Fill or drop the masked entries first."
-        raise error(name, value=f"a mask that hides {hidden} entries", must=must, remedy=remedy)
-    try:
-        source = np.asarray(value)
-    except (ValueError, TypeError, OverflowError) as problem:
-        must = "must be a rectangular array of real numbers"
-        raise error(name, value=value, must=must, remedy=f"NumPy says: {problem}.") from None
-    if source.dtype.kind == "O":
-        source = _from_objects(source, name, error)
-    if source.dtype.kind not in "buif":
-        raise error(
-            name,
-            value=source.dtype.name,
-            must="must hold real numbers",
-            remedy="Convert it to float64 first.",
-        )
-    return source
-
-
-def _from_objects(source: NDArray[Any], name: str, error: type[InputError]) -> NDArray[Any]:
-    """Accept Python integers that are too long for int64 as long as float64 can hold them."""
-    for entry in source.flat:
-        if isinstance(entry, (bool, np.bool_)) or not isinstance(
-            entry, (int, float, np.integer, np.floating)
-        ):
-            raise error(
-                name, value=entry, must="must hold real numbers", remedy="Convert it to float64 first."
-            )
-    try:
-        return np.array([float(entry) for entry in source.flat]).reshape(source.shape)
-    except OverflowError:
-        longest = max((entry for entry in source.flat if isinstance(entry, int)), key=abs)
-        raise error(
-            name,
-            value=longest,
-            must="must fit into float64",
-            remedy="The integer is too large; rescale the data.",
-        ) from None
-
-
 def nonnegative_number(value: Any, name: str, *, error: type[InputError] = ProblemError) -> float:
     """Return `value` as a float that is finite and >= 0.
 
     Raises
     ------
     InputError
-        Not a real number (strings, booleans and complex numbers are refused), negative, NaN or infinite.
+        Not a real number (strings, booleans and complex numbers are refused), masked, negative, NaN,
+        infinite, or not exactly a float64.
     """
     must = "must be a finite real number >= 0"
-    scalar = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if isinstance(value, np.ma.MaskedArray):
+        refuse_mask(value, name, error)
+    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(scalar, (bool, np.bool_)) or not isinstance(scalar, (int, float, np.integer, np.floating)):
         raise error(name, value=value, must=must, remedy="Pass an int or a float.")
     try:
-        number = float(scalar)
+        number = exact_float(scalar)
     except OverflowError:
         raise error(name, value=value, must=must, remedy="The integer overflows float64.") from None
-    if not (np.isfinite(number) and number >= 0):
+    if number is None:
+        raise error(name, value=value, must=MUST_BE_EXACT, remedy=ROUND)
+    if not np.isfinite(number) or is_negative(number):
         raise error(name, value=value, must=must)
-    return number + 0.0
+    return abs(number)  # -0 is 0; a sum would flush a subnormal number where the thread does so

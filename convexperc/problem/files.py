@@ -13,12 +13,16 @@ from numpy.typing import NDArray
 from convexperc.errors import FileFormatError, InputError
 from convexperc.files import placed, read_json
 from convexperc.problem.arrays import Vector
+from convexperc.problem.conversion import MUST_BE_EXACT, ROUND, exact_float, exact_hex
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.problem import Problem
 
-MUST_BE_NUMBER = "must be a finite number: a JSON number, or a C99 hex float in a string"
+MUST_BE_NUMBER = (
+    "must be a finite number: a JSON number that float64 does not turn into 0 or infinity, or a C99 hex float"
+    " in a string"
+)
 LAMBDAS = ("lambda1", "lambda2", "lambda3")
-_HEX = re.compile(r"[+-]?0[xX](?:[0-9a-fA-F]+\.?[0-9a-fA-F]*|\.[0-9a-fA-F]+)(?:[pP][+-]?[0-9]+)?")
+_HEX = re.compile(r"[+-]?0[xX](?:[0-9a-fA-F]+\.?[0-9a-fA-F]*|\.[0-9a-fA-F]+)(?:[pP][+-]?[0-9]{1,7})?")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,13 +62,15 @@ def read_problem(path: str | os.PathLike[str]) -> ProblemFile:
 
     A JSON object with ``X`` (n rows of d numbers), ``o``, ``lambda1``, ``lambda2``, ``lambda3``; ``id``,
     ``n``, ``d`` and ``modalities`` (see `Modalities.of`; one modality without) may be left out. A number is
-    a JSON number or a C99 hex float in a string.
+    a JSON number or a C99 hex float in a string; a decimal number stands for the nearest float64, an integer
+    and a hex float for themselves.
 
     Raises
     ------
     FileFormatError
-        Not readable, not JSON, a key that is unknown, missing or given twice, a number that is not finite,
-        rows of different lengths, an `n` or `d` that X does not have, or data that `Problem` refuses.
+        Not readable, not JSON, a key that is unknown, missing or given twice, a number that is not finite, or
+        that float64 would turn into 0, an integer or a hex float that it would round, rows of different
+        lengths, an `n` or `d` that X does not have, or data that `Problem` refuses.
     """
     file, record = _object(path, ("X", "o", *LAMBDAS), ("id", "n", "d", "modalities"))
     rows = _list(record["X"] or None, f"{file}: X", "must be a list of at least one row")
@@ -148,14 +154,16 @@ def _numbers(value: Any, place: str) -> list[float]:
 
 
 def _number(value: Any, place: str) -> float:
-    number = math.nan
+    number: float | None = math.nan
     try:
         if type(value) in (int, float):
-            number = float(value)
+            number = exact_float(value)
         elif isinstance(value, str) and _HEX.fullmatch(value):
-            number = float.fromhex(value)
+            number = exact_hex(value)
     except OverflowError:
         pass
+    if number is None:
+        raise FileFormatError(place, value=value, must=MUST_BE_EXACT, remedy=ROUND)
     if not math.isfinite(number):
         raise FileFormatError(place, value=value, must=MUST_BE_NUMBER)
     return number

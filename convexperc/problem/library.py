@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from convexperc.errors import InputError, ModalityError, ProblemError, TemplateNameError
 from convexperc.problem.arrays import BLOCK, FeatureVector, real_array
+from convexperc.problem.conversion import held_exactly
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.reduction import CHUNK
 
@@ -287,7 +288,7 @@ def _as_columns(templates: Any) -> Any:
     """O as an array of real numbers with a column for each template, copied only if it is no such array."""
     found = templates
     plain = isinstance(found, np.ndarray) and not isinstance(found, np.ma.MaskedArray)
-    if not (plain and found.dtype.kind in "buif" and found.ndim == 2):
+    if not (plain and held_exactly(found.dtype) and found.ndim == 2):
         found = real_array(templates, "O", 2)
     if 0 in found.shape:
         must = "must have at least one row and at least one column"

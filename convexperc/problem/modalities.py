@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from convexperc.errors import ModalityError
 from convexperc.problem.arrays import euclidean_length
+from convexperc.problem.conversion import refuse_mask
 
 Columns = slice | NDArray[np.int64]
 REMEDY = "Give each modality at least one column, and each column exactly one modality."
@@ -61,6 +62,8 @@ class Modalities:
             return spec
         if spec is None:
             spec = [d]
+        if isinstance(spec, np.ma.MaskedArray):
+            refuse_mask(spec, "modalities", ModalityError)
         if isinstance(spec, np.ndarray):
             spec = spec.tolist()
         if isinstance(spec, Mapping):
@@ -157,6 +160,8 @@ def _from_sizes(names: tuple[str, ...], sizes: tuple[int, ...], d: int) -> tuple
 def _explicit(name: str, part: Any, d: int) -> NDArray[np.int64]:
     """Columns given one by one or as a slice, checked to lie in 0 .. d-1 and to be different."""
     label = f"modality {name!r}"
+    if isinstance(part, np.ma.MaskedArray):
+        refuse_mask(part, label, ModalityError)
     try:
         group = np.asarray(range(*part.indices(d)) if isinstance(part, slice) else part)
     except (ValueError, TypeError) as problem:

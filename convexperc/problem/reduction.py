@@ -49,17 +49,19 @@ class Reduction:
 
     @classmethod
     def of(cls, X: Matrix, modalities: Modalities) -> "Reduction":
-        """One pass over X: m Gram matrices, O(n^2 d) (Lemma R24)."""
+        """One pass over X: m Gram matrices, O(n^2 d) (Lemma R24); infinite where they overflow."""
         n, d = X.shape
         K = np.empty((len(modalities), n, n))
-        for gram, columns in zip(K, modalities, strict=True):
-            first, *others = _chunks(columns, d)
-            block = X[:, first]
-            np.matmul(block, block.T, out=gram)
-            for part in others:
-                block = X[:, part]
-                np.add(gram, block @ block.T, out=gram)
-        return cls(X, modalities, K, K.sum(axis=0), min(d, CHUNK) + -(-d // CHUNK) + 2 * len(modalities))
+        with np.errstate(over="ignore", invalid="ignore"):
+            for gram, columns in zip(K, modalities, strict=True):
+                first, *others = _chunks(columns, d)
+                block = X[:, first]
+                np.matmul(block, block.T, out=gram)
+                for part in others:
+                    block = X[:, part]
+                    np.add(gram, block @ block.T, out=gram)
+            G = K.sum(axis=0)
+        return cls(X, modalities, K, G, min(d, CHUNK) + -(-d // CHUNK) + 2 * len(modalities))
 
     def product(self, O: Float[np.ndarray, "d p"]) -> Float[np.ndarray, "p n"]:  # noqa: E741
         """Row j is X o_j."""

@@ -7,11 +7,11 @@ from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
+from convexperc import enclosure
 from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.lambda_max import zero_is_optimal
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
-from convexperc.enclosure.enclosure import enclose, finite_start
 from convexperc.errors import RobotNameError, StartError
 from convexperc.problem.arrays import euclidean_length
 from convexperc.problem.library import checked_names
@@ -151,7 +151,7 @@ def recognize(
         raise StartError(
             "start", value=type(start).__name__, must=must, remedy="Pass what recognize returned."
         )
-    bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
+    bounds = _bounds(X, references, modalities, names)
     robots = _robots(views, bounds.data.n)
     return _recognised(bounds, penalties, robots, settings, None if start is None else start.answers)
 
@@ -187,12 +187,19 @@ def recognize_path(
         See `recognize`.
     """
     settings = _Settings.of("recognize_path", options)
-    bounds = DataBounds.of(ReducedData.of(X, references, modalities, names=names))
+    bounds = _bounds(X, references, modalities, names)
     robots = _robots(views, bounds.data.n)
     for triple in grid:
         yield _recognised(bounds, Penalties.of(triple), robots, settings, None)
 
 
+def _bounds(X: Any, references: Any, modalities: Any, names: Sequence[str] | None) -> DataBounds:
+    """The data, read once, with bounds of their rounding."""
+    with np.errstate(all="ignore"):  # what overflows is bounded by infinity
+        return DataBounds.of(ReducedData.of(X, references, modalities, names=names))
+
+
+@np.errstate(all="ignore")
 def _recognised(
     bounds: DataBounds,
     penalties: Penalties,
@@ -226,7 +233,8 @@ def decided_by(found: Recognition, decision: Decision | str) -> Recognition:
     -------
     Recognition
     """
-    return _narrowed(decide(found.answers, found.names, found.views, Decision.of(decision)))
+    with np.errstate(all="ignore"):
+        return _narrowed(decide(found.answers, found.names, found.views, Decision.of(decision)))
 
 
 def _robots(given: Sequence[str] | None, n: int) -> tuple[str, ...]:
@@ -251,8 +259,8 @@ def _narrowed(found: Recognition) -> Recognition:
         problem = found.answers.problem(j)
         data = problem.o.tobytes()
         if data not in known:
-            start = finite_start(found.answers.w[j], found.answers.u(j))
-            tight = enclose(
+            start = enclosure.finite_start(found.answers.w[j], found.answers.u(j))
+            tight = enclosure.enclose(
                 problem, relative_tolerance=NARROWEST_WIDTH, absolute_tolerance=NARROWEST_WIDTH, start=start
             )
             known[data] = tight.lower, tight.upper

@@ -26,10 +26,15 @@ WORTH_PREDICTING = 8
 
 def prune(batch: BatchSolver, decision: Decision = Decision.OBJECTIVE) -> None:
     """Leave in `batch` at least one certified answer, and every other one certified or excluded by proof."""
-    order, left_out = _estimate(batch, decision).argsort(kind="stable"), ~batch.ready
-    if left_out.any():
-        batch.fall_back(left_out.nonzero()[0])
-        order = order[batch.ready[order]]
+    if batch.ready.all():
+        order = _estimate(batch, decision).argsort(kind="stable")
+    else:
+        batch.fall_back((~batch.ready).nonzero()[0])
+        order = np.empty(0, dtype=np.int64)
+        if batch.ready.any():
+            with np.errstate(over="ignore", invalid="ignore"):  # where a template is not ready
+                order = _estimate(batch, decision).argsort(kind="stable")
+            order = order[batch.ready[order]]
     ceiling, samples = math.inf, SAMPLES_PER_UNKNOWN * (batch.data.n + 1)
     if not (batch.warm or batch.penalties.uncoupled) and samples * WORTH_PREDICTING <= order.size:
         chosen = _spread(order, samples)

@@ -1,5 +1,6 @@
 """The outcome for one set of views: a label that is proved or not claimed, and the rankings behind it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -13,8 +14,10 @@ from convexperc.certificate.data_bounds import Intervals
 from convexperc.certificate.rounding import Ball, squared_norm
 from convexperc.errors import TemplateNameError
 from convexperc.problem.arrays import FeatureVector, Vector, euclidean_length
+from convexperc.problem.scaling import Scaling
 from convexperc.recognition.decision import Decision, costs
 from convexperc.solution.answers import Answers
+from convexperc.solution.single import solve
 from convexperc.solution.solution import Solution, Status
 
 SMALLEST_SQUARED = 1e-140
@@ -85,6 +88,21 @@ class Template:
         return np.asarray(self.answers.modality_norms[self.index])
 
     @property
+    def proportions(self) -> tuple[Vector, Float[np.ndarray, " m"]]:
+        """The |w_i| and the ||u^i||, in a unit of their own where float64 does not hold them otherwise."""
+        views, modalities = np.abs(self.w), self.modality_norms
+        held = [bool(np.isfinite(part).all()) for part in (views, modalities)]
+        if all(held):
+            return views, modalities
+        problem, tolerances = self.answers.problem(self.index), self.answers.tolerances
+        normal = solve(
+            Scaling.of(problem).normalise(problem),
+            relative_tolerance=tolerances.relative,
+            absolute_tolerance=tolerances.absolute,
+        )
+        return views if held[0] else np.abs(normal.w), modalities if held[1] else normal.modality_norms
+
+    @property
     def solution(self) -> Solution:
         """The answer with a certificate of its own, made on demand; see `Answers.solution`."""
         return self.answers.solution(self.index)
@@ -98,9 +116,9 @@ class Ranked:
     ----------
     name : str
     weight : float
-        w_i of a robot, ||u^i||_2 of a modality.
+        w_i of a robot, ||u^i||_2 of a modality; infinite beyond the range of float64.
     share : float
-        |weight| divided by the sum over all; 0 where all are 0.
+        |weight| divided by the sum over all, whatever their size; 0 where all are 0.
     proved_zero : bool
         No optimum uses it, by proof.
     """
@@ -182,22 +200,34 @@ class Recognition:
     def ranked_views(self, name: str | None = None) -> tuple[Ranked, ...]:
         """Robots by |w_i|, largest first, for one template (default: the first candidate)."""
         template = self.template(name)
-        return _ranked(self.views, template.w, self.answers.zero_views[template.index])
+        sizes = template.proportions[0]
+        return _ranked(self.views, template.w, sizes, self.answers.zero_views[template.index])
 
     def ranked_modalities(self, name: str | None = None) -> tuple[Ranked, ...]:
         """Modalities by ||u^i||_2, largest first, for one template (default: the first candidate)."""
-        template = self.template(name)
-        names = self.answers.data.views.modalities.names
-        return _ranked(names, template.modality_norms, self.answers.zero_modalities[template.index])
+        template, names = self.template(name), self.answers.data.views.modalities.names
+        sizes, zeros = template.proportions[1], self.answers.zero_modalities[template.index]
+        return _ranked(names, template.modality_norms, sizes, zeros)
 
 
 def _ranked(
-    names: Sequence[str], weights: NDArray[np.float64], zeros: NDArray[np.bool_]
+    names: Sequence[str],
+    weights: NDArray[np.float64],
+    sizes: NDArray[np.float64],
+    zeros: NDArray[np.bool_],
 ) -> tuple[Ranked, ...]:
-    total = float(np.abs(weights).sum())
-    order = np.argsort(-np.abs(weights), kind="stable")
-    shares = np.abs(weights) / total if total > 0.0 else np.zeros_like(weights)
+    order, shares = np.argsort(-sizes, kind="stable"), _shares(sizes)
     return tuple(Ranked(names[i], float(weights[i]), float(shares[i]), bool(zeros[i])) for i in order)
+
+
+def _shares(sizes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Each size divided by the sum of all; beside an infinite one, a finite one is nothing."""
+    with np.errstate(over="ignore"):
+        total = float(sizes.sum())
+    if math.isinf(total):
+        sizes = np.isinf(sizes).astype(np.float64) if np.isinf(sizes).any() else sizes / sizes.max()
+        total = float(sizes.sum())
+    return np.asarray(sizes / total) if total > 0.0 else np.zeros_like(sizes)
 
 
 def cost_bounds(answers: Answers, decision: Decision) -> Intervals:

@@ -77,19 +77,15 @@ class References:
 
 
 def read_pictures(folder: str | os.PathLike[str]) -> NamedPictures:
-    """Read all pictures of a folder, sorted by file name; each is named by its stem.
+    """Read all pictures of a folder, sorted by file name; each is named by its stem, whatever that holds.
 
     Raises
     ------
     ImageError
-        The folder cannot be read or holds no picture, a picture is unsound, two files have the same stem,
-        or a name holds characters that cannot be printed.
+        The folder cannot be read or holds no picture, a picture is unsound, or two files have the same stem.
     """
     places: dict[str, Path] = {}
     for path in list_images(folder):
-        if not path.stem.isprintable():
-            must, remedy = "must have a printable name", "It is a label; rename the file."
-            raise ImageError("picture", value=os.fspath(path), must=must, remedy=remedy)
         if path.stem in places:
             must = f"must not have the stem of {places[path.stem].name}: it is the name"
             raise ImageError(f"picture {path}", value=path.stem, must=must, remedy="Rename one of the two.")

@@ -1,3 +1,4 @@
+from . import tables
 from .picture import picture_kind, recognition_picture
 from .proof import data_digest, proof_record
 from .records import certificate_record, recognition_record, solution_record
@@ -10,4 +11,5 @@ __all__ = [
     "recognition_picture",
     "recognition_record",
     "solution_record",
+    "tables",
 ]

@@ -3,12 +3,10 @@
 import io
 import math
 import textwrap
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from jaxtyping import UInt8
 from matplotlib.axes import Axes
@@ -20,6 +18,7 @@ from convexperc.features.decoding import MIN_SIDE
 from convexperc.features.pictures import Picture, resize
 from convexperc.recognition.decision import Decision
 from convexperc.recognition.recognition import Ranked, Recognition
+from convexperc.report.canvas import drawable, settings
 from convexperc.solution.solution import Status
 
 WIDTH, MARGIN, GUTTER = 11.0, 0.35, 0.18
@@ -41,19 +40,16 @@ INK, QUIET, LINE, FAINT = "#1d2733", "#6b7683", "#d5dae0", "#eceef1"
 ACCENT, ALARM = "#0b6fb8", "#b3261e"
 """Colours of bars and candidates, and of warnings."""
 STYLE: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",
     "text.color": INK,
     "svg.hashsalt": "convexperc",
     "svg.fonttype": "path",
-    "text.parse_math": False,
 }
-"""Matplotlib's settings; the salt and the paths make the bytes reproducible."""
+"""Matplotlib's settings beside `canvas.settings`; the salt and the paths make the bytes reproducible."""
 
 
 def draw(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
     """Draw a recognition whose arguments `convexperc.report.picture.recognition_picture` has validated."""
-    with mpl.rc_context(STYLE), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
+    with settings(STYLE):
         return _draw(_Sheet.of(recognition, views), recognition, views, kind)
 
 
@@ -113,7 +109,9 @@ def _draw(sheet: _Sheet, recognition: Recognition, views: Mapping[str, Picture],
     _modalities(sheet, recognition.ranked_modalities()[:MOST_BARS], best)
     _objectives(sheet, recognition)
     if recognition.warnings:
-        warning = textwrap.shorten("Warning: " + " ".join(recognition.warnings), 165, placeholder=" …")
+        warning = textwrap.shorten(
+            "Warning: " + drawable(" ".join(recognition.warnings)), 165, placeholder=" …"
+        )
         sheet.text(MARGIN, sheet.height - 0.16, warning, 7.5, color=ALARM)
     stream = io.BytesIO()
     metadata = {"Date": None} if kind == "svg" else None
@@ -127,7 +125,7 @@ def _title(sheet: _Sheet, recognition: Recognition) -> None:
     if recognition.label is not None:
         head, color = _fitted(recognition.label, WIDTH - 2 * MARGIN, 21.0), INK
     sheet.text(MARGIN, 0.5, head, 19.0, weight="bold", color=color)
-    reason = textwrap.shorten(f"{verdict}: {recognition.reason}", 140, placeholder=" …")
+    reason = textwrap.shorten(drawable(f"{verdict}: {recognition.reason}"), 140, placeholder=" …")
     sheet.text(MARGIN, 0.78, reason, 10.0, color=QUIET)
     heading = f"Views by weight |w|, for {_fitted(recognition.candidates[0], 4.5, 10.0)}"
     if len(recognition.views) > sheet.shown:
@@ -208,7 +206,8 @@ def _digits(lower: float, upper: float) -> str:
 
 
 def _fitted(text: str, inches: float, size: float) -> str:
-    """Shorten a text in the middle to the given width in inches, at a font size in points."""
+    """Escape a name and shorten it in the middle to a width in inches, at a font size in points."""
+    text = drawable(text)
     room = max(5, math.floor(inches * 72 / (0.6 * size)))
     if len(text) <= room:
         return text

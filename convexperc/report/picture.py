@@ -4,9 +4,10 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from convexperc.errors import InputError, require
+from convexperc.errors import InputError
 from convexperc.features.pictures import Picture
 from convexperc.recognition.recognition import Recognition
+from convexperc.report.backend import load_matplotlib, require_matplotlib
 
 KINDS = ("png", "svg")
 """File formats, by their suffixes."""
@@ -25,7 +26,7 @@ def picture_kind(path: str | os.PathLike[str]) -> str:
     kind = Path(path).suffix.lower().removeprefix(".")
     if kind not in KINDS:
         raise InputError(f"picture {os.fspath(path)}", value=kind, must="must end in .png or .svg")
-    _require_matplotlib()
+    require_matplotlib()
     return kind
 
 
@@ -56,11 +57,7 @@ def recognition_picture(recognition: Recognition, views: Mapping[str, Picture], 
     missing = [name for name in recognition.views if name not in views]
     if missing:
         raise InputError("views", value=missing, must="must hold a picture of every view")
-    _require_matplotlib()
+    load_matplotlib()
     from convexperc.report import figure  # noqa: PLC0415 - Matplotlib comes with an extra
 
     return figure.draw(recognition, views, kind)
-
-
-def _require_matplotlib() -> None:
-    require("matplotlib", "plot", "the picture")

@@ -118,7 +118,7 @@ def _vector(values: Float[np.ndarray, " length"]) -> dict[str, list[Any]]:
 
 
 def _ranked(ranking: Iterable[Ranked]) -> list[dict[str, Any]]:
-    return [asdict(entry) for entry in ranking]
+    return [asdict(entry) | {"weight": _plain(entry.weight)} for entry in ranking]
 
 
 def _template(template: Template) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Tables and facts for the terminal, with bounds rounded outwards."""
+"""Tables and facts for the terminal, with bounds rounded outwards and names escaped."""
 
 import os
 from collections.abc import Iterable, Sequence
@@ -9,6 +9,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
+
+from convexperc.errors import escaped
 
 if TYPE_CHECKING:
     from convexperc.certificate.certificate import Certificate
@@ -114,8 +116,8 @@ def show_facts(out: Console, title: str, facts: Iterable[tuple[str, str]]) -> No
     grid.add_column(no_wrap=True)
     grid.add_column(overflow="fold")
     for name, fact in facts:
-        grid.add_row(f"  {name}", fact)
-    out.print(Text(title, style="bold"))
+        grid.add_row(f"  {name}", escaped(fact))
+    out.print(Text(escaped(title), style="bold"))
     out.print(grid)
 
 
@@ -125,7 +127,7 @@ def problem_line(problem: "Problem", name: str | None) -> str:
     sizes = ", ".join(f"{part} {size}" for part, size in parts)
     lambdas = ", ".join(f"lambda{i} = {value:g}" for i, value in enumerate(problem.lambdas, 1))
     head = "" if name is None else f"{name}: "
-    return f"{head}n = {problem.n} views, d = {problem.d} features ({sizes}), {lambdas}"
+    return escaped(f"{head}n = {problem.n} views, d = {problem.d} features ({sizes}), {lambdas}")
 
 
 def certificate_facts(found: "Certificate") -> list[tuple[str, str]]:
@@ -172,8 +174,8 @@ def _show_table(out: Console, title: str, columns: Sequence[str], rows: Sequence
         side: Literal["left", "right"] = "right" if column.startswith(">") else "left"
         table.add_column(column.removeprefix(">"), justify=side, no_wrap=column != names, overflow="fold")
     for row in rows[:MOST_ROWS]:
-        table.add_row(*row)
-    out.print(Text(title, style="bold"))
+        table.add_row(*map(escaped, row))
+    out.print(Text(escaped(title), style="bold"))
     out.print(table)
     if len(rows) > MOST_ROWS:
         out.print(f"... and {len(rows) - MOST_ROWS} more; --json has them all")

@@ -4,6 +4,6 @@
 makes folders of pictures with masks. Only the functions that draw import MuJoCo.
 """
 
-import lazy_loader
+from convexperc.faces import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__)

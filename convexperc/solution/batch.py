@@ -122,6 +122,8 @@ class BatchSolver:
         """
         if chosen.size == 0:
             return
+        if not self.reduced.W.flags.writeable:
+            raise ValueError("the answers were handed out, and are read-only")
         began = time.perf_counter()
         if self.penalties.uncoupled:
             self._lassos(chosen)

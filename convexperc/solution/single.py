@@ -1,14 +1,14 @@
 """One template from problem to proof: normalise, solve, undo, certify; ball arithmetic where that misses."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
+from convexperc import enclosure
 from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.certificate import Certificate, Certifier
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
-from convexperc.enclosure.enclosure import certify_in_balls, enclose, finite_start
 from convexperc.errors import InputError, SolverError
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.formulation import residuals
@@ -90,13 +90,22 @@ def solve(
         with np.errstate(all="ignore"):
             result = solver.solve(normal)
     except (SolverError, ArithmeticError, np.linalg.LinAlgError) as failure:
+        shown = _as_given(failure, problem) if isinstance(failure, SolverError) else failure
         if not escalate:
-            raise
-        reason = failure.value if isinstance(failure, SolverError) else failure
+            raise shown from failure.__cause__
+        reason = shown.value if isinstance(shown, SolverError) else shown
         nothing = np.zeros(problem.n), np.zeros(problem.d)
         result = SolverResult(*nothing, f"failed: {reason}", 0)
     timings = Timings(normalised - start, time.perf_counter() - normalised, 0.0)
     return certified(problem, scaling, solver.name, result, tolerances, escalate=escalate, timings=timings)
+
+
+def _as_given(failure: SolverError, problem: Problem) -> SolverError:
+    """The same error with the number that the caller gave: a solver sees the normalised one."""
+    if failure.what not in {field.name for field in fields(Problem)}:
+        return failure
+    value = getattr(problem, failure.what)
+    return type(failure)(failure.what, value=value, must=failure.must, remedy=failure.remedy)
 
 
 def certified(
@@ -182,10 +191,10 @@ def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVecto
 
 def _escalate(problem: Problem, answer: _Answer) -> _Answer:
     """The better of two points, certified in ball arithmetic: the enclosure's own, and the answer's."""
-    point = finite_start(answer.w, answer.u)
-    found, before = enclose(problem, start=point), answer.certificate
-    own = _Answer(found.w, found.u, certify_in_balls(problem, found, before))
+    point = enclosure.finite_start(answer.w, answer.u)
+    found, before = enclosure.enclose(problem, start=point), answer.certificate
+    own = _Answer(found.w, found.u, enclosure.certify_in_balls(problem, found, before))
     if point is None:
         return own
-    kept = _Answer(*point, certify_in_balls(problem, found, before, point))
+    kept = _Answer(*point, enclosure.certify_in_balls(problem, found, before, point))
     return own if own.better_than(kept) else kept

@@ -1,7 +1,6 @@
 """The reference solver: Eq. (full) posed directly in CVXPY and solved by Clarabel."""
 
 import threading
-import warnings
 from collections import OrderedDict
 from dataclasses import dataclass, field
 from typing import Any
@@ -119,34 +118,42 @@ class Conic:
         with self._cache.lock:
             model = self._cache.model(problem)
             model.assign(problem)
-            status = self._solve(model)
-            w, u = model.w.value, model.u.value
-            iterations = model.problem.solver_stats.num_iters if model.problem.solver_stats else 0
+            found = self._solve(model)
+        w, u = (found.primal_vars.get(variable.id) for variable in (model.w, model.u))
         if w is None or u is None:
             remedy = "Normalise the problem (convexperc.solve does) or choose another solver."
-            raise SolverError("Clarabel", value=status, must="must return a point", remedy=remedy)
+            raise SolverError("Clarabel", value=found.status, must="must return a point", remedy=remedy)
+        iterations = int(found.attr.get("num_iters") or 0)
         return SolverResult(
-            np.array(w, dtype=np.float64), np.array(u, dtype=np.float64), status, int(iterations or 0)
+            np.array(w, dtype=np.float64), np.array(u, dtype=np.float64), str(found.status), iterations
         )
 
-    def _solve(self, model: Model) -> str:
+    def _solve(self, model: Model) -> Any:
+        """CVXPY's solution, step by step: `cvxpy.Problem.solve` warns, and would start where it was before.
+
+        A warning can be silenced for the whole process only, whatever its other threads ask.
+        """
+        options = {
+            "tol_gap_abs": self.tolerance,
+            "tol_gap_rel": self.tolerance,
+            "tol_feas": self.tolerance,
+            "max_iter": self.max_iterations,
+            "static_regularization_constant": self.regularisation,
+            "iterative_refinement_max_iter": self.refinements,
+            "iterative_refinement_reltol": 1e-15,
+            "iterative_refinement_abstol": 1e-15,
+        }
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", UserWarning)
-                model.problem.solve(
-                    solver=cp.CLARABEL,
-                    tol_gap_abs=self.tolerance,
-                    tol_gap_rel=self.tolerance,
-                    tol_feas=self.tolerance,
-                    max_iter=self.max_iterations,
-                    static_regularization_constant=self.regularisation,
-                    iterative_refinement_max_iter=self.refinements,
-                    iterative_refinement_reltol=1e-15,
-                    iterative_refinement_abstol=1e-15,
-                )
+            data, chain, inverse = model.problem.get_problem_data(cp.CLARABEL, solver_opts=dict(options))
+            raw = chain.solve_via_data(model.problem, data, warm_start=False, solver_opts=dict(options))
+            found = chain.invert(raw, inverse)
         except (cp.error.SolverError, ValueError, ArithmeticError) as problem:
-            remedy = "Choose another solver; the problem itself is convex and has an optimum."
-            raise SolverError(
-                "Clarabel", value=str(problem), must="must not fail", remedy=remedy
-            ) from problem
-        return str(model.problem.status)
+            raise _failed(str(problem)) from problem
+        if found.status in cp.settings.ERROR:
+            raise _failed(str(found.status))
+        return found
+
+
+def _failed(reason: str) -> SolverError:
+    remedy = "Choose another solver; the problem itself is convex and has an optimum."
+    return SolverError("Clarabel", value=reason, must="must not fail", remedy=remedy)

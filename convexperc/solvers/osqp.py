@@ -1,5 +1,7 @@
 """An independent solver for the cases in which Eq. (full) is a quadratic programme: OSQP."""
 
+import signal
+import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +11,9 @@ from scipy import sparse
 from convexperc.errors import SolverError
 from convexperc.problem.problem import Problem
 from convexperc.solvers.interface import SolverResult
+
+_ALONE = threading.Lock()
+"""Held while OSQP runs: it replaces the handler of SIGINT, and two at once would not put it back."""
 
 
 def is_quadratic(problem: Problem) -> bool:
@@ -54,7 +59,10 @@ class Quadratic:
         solver = osqp.OSQP()
         settings = {"eps_abs": self.tolerance, "eps_rel": self.tolerance, "max_iter": self.max_iterations}
         solver.setup(P, c, A, lower, upper, verbose=False, polishing=True, polish_refine_iter=20, **settings)
-        result = solver.solve(raise_error=False)
+        with _ALONE:
+            result = solver.solve(raise_error=False)
+        if result.info.status_val == osqp.SolverStatus.OSQP_SIGINT:
+            signal.raise_signal(signal.SIGINT)  # OSQP has taken it; it is meant for Python
         x = result.x
         if x is None or not np.isfinite(x).all():
             raise SolverError("OSQP", value=result.info.status, must="must return a point")

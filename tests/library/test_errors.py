@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from convexperc import errors
-from convexperc.errors import ConvexpercError, InputError
+from convexperc.errors import ConvexpercError, InputError, escaped
 
 KINDS = [
     (errors.InputError, ValueError),
@@ -71,3 +71,38 @@ def test_a_package_that_is_missing_is_named_with_the_command_that_installs_it():
         " Install it: pip install 'convexperc[plot]'."
     )
     assert refused.value.value.name == "no_such_package"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "9.41\u202fAM",
+        "a\u00a0b",
+        "全角\u3000空白",
+        "👩\u200d🚀",
+        "🏴\U000e0067\U000e007f",
+        "שלום",
+        "e\u0301 \\n",
+        "",
+    ],
+)
+def test_a_legitimate_name_is_printed_as_it_is(text):
+    assert escaped(text) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "printed"),
+    [
+        ("a\nb\r\tc", r"a\nb\r\tc"),
+        ("\x1b[2J\x00\x7f\x9b", r"\x1b[2J\x00\x7f\x9b"),
+        ("\u2028\u2029\x85", r"\u2028\u2029\x85"),
+        ("\u202agnp\u202e\u2066\u2069", r"\u202agnp\u202e\u2066\u2069"),
+        ("byte \udce9", r"byte \udce9"),
+    ],
+)
+def test_what_would_forge_or_reorder_a_line_is_escaped(text, printed):
+    assert escaped(text) == printed
+    assert escaped(printed) == printed
+    error = InputError(f"picture {text}", value=None, must=f"must not be {text}")
+    assert str(error) == f"picture {printed} must not be {printed}; got None."
+    assert error.what == f"picture {text}"

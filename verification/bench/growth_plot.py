@@ -3,12 +3,12 @@
 import io
 from collections.abc import Sequence
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from convexperc.report.canvas import settings
 from verification.bench.floor import BASE, Growth
 
 INK, QUIET = "#1d2733", "#6b7683"
@@ -18,7 +18,7 @@ WORDS = {"n": "robots n", "d": "features d", "m": "modalities m", "p": "template
 
 def growth_plot(found: Sequence[Growth], kind: str) -> bytes:
     """Draw the times with the power laws that fit them; `kind` is ``"png"`` or ``"svg"``."""
-    with mpl.rc_context({"font.family": "DejaVu Sans", "text.color": INK, "svg.hashsalt": "convexperc"}):
+    with settings({"text.color": INK, "svg.hashsalt": "convexperc"}):
         figure = Figure(figsize=(11.0, 3.6), layout="constrained", facecolor="white")
         FigureCanvasAgg(figure)
         axes = figure.subplots(1, len(found), squeeze=False, sharey=True)[0]

@@ -1,5 +1,5 @@
 """Checks: one file a kind of claim, each a function from a problem to observations."""
 
-import lazy_loader
+from convexperc.faces import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__)

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from verification.commands.console import console
+from convexperc.files import write_json
+from verification.commands.console import console, say
 from verification.commands.misuse import FAILED, OPEN, check_places, misuse
 from verification.commands.progress import progress
 
@@ -13,6 +14,14 @@ if TYPE_CHECKING:
     from verification.journal import Journal
     from verification.search.campaign import Campaign
     from verification.search.tallies import Report
+
+
+CAMPAIGN_HELP = (
+    "Solve, certify and referee seeded problems.\n\n"
+    "With --json a campaign that is broken off goes on where it was when it is started again, or by "
+    "--resume. Exit code 0: every problem is certified or enclosed and no proof is false; 1: not so, or "
+    "problems were lost with a worker that was killed; 2: misuse; 3: broken off."
+)
 
 
 def campaign(  # noqa: PLR0913, PLR0917 - one for each option
@@ -44,13 +53,7 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
         int, typer.Option(min=1, help="Worker processes; more than one needs the extra `verify`.")
     ] = 1,
 ) -> None:
-    """Solve, certify and referee seeded problems.
-
-    With --json a campaign that is broken off goes on where it was when it is started again, or by --resume.
-    Exit code 0: every problem is certified or enclosed and no proof is false; 1: not so, or problems were
-    lost with a worker that was killed; 2: misuse; 3: broken off.
-    """
-    from convexperc.files import write_json  # noqa: PLC0415 - keeps --help quick
+    """Run the command ``campaign``."""
     from verification.provenance import stamp  # noqa: PLC0415
     from verification.search.campaign import Campaign  # noqa: PLC0415
 
@@ -61,7 +64,8 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     if not settings.total:
         raise typer.BadParameter("at least one problem is needed: a run that checks nothing proves nothing")
     place, journal = json_file or resume, None
-    check_places(json=place)
+    begun = None if resume is None else _place(resume)
+    check_places({"the journal of --resume": begun}, json=place)
     if place is not None:
         with misuse("--json"):
             journal = _journal(resume or place, settings.head(made), reopen=resume is not None)
@@ -132,4 +136,4 @@ def _print(report: "Report") -> None:
     if report.clarabel:
         screen.print(clarabel_table(report))
     for line in details(report):
-        screen.print(line, highlight=False, markup=False)
+        say(line)

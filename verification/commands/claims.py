@@ -10,7 +10,8 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from verification.commands.console import console
+from convexperc.files import check_apart, check_place, json_bytes, write_json
+from verification.commands.console import console, say
 from verification.commands.misuse import FAILED, OPEN, misuse
 from verification.commands.progress import progress
 from verification.commands.stored import attach, figures, read_stored
@@ -35,11 +36,23 @@ Stored = Annotated[
         dir_okay=False,
     ),
 ]
+WRITTEN = (
+    "report.html",
+    "report.md",
+    "report.json",
+    "junit.xml",
+    "SHA256SUMS",
+    "experiments/experiments.html",
+)
+"""Files of a report, besides the folder of its counterexamples."""
 Out = Annotated[Path, typer.Option(file_okay=False, help="Folder for everything that is written.")]
 
 
+LISTED_HELP = """List the claims, their places and their parts."""
+
+
 def listed() -> None:
-    """List the claims, their places and their parts."""
+    """Run the command ``list``."""
     from verification.ledger.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
 
     table = Table("id", "place", "claim", "parts", title="Claims; 'run --claim ID' judges one")
@@ -50,6 +63,13 @@ def listed() -> None:
     console().print(table)
 
 
+RUN_HELP = (
+    "Judge the claims and print the verdicts; the evidence is kept, no report is written.\n\n"
+    "Exit code 0: every verdict is the baseline's; 1: a verdict changed, a promise of the library "
+    "failed, or a record is stale; 2: misuse; 3: something required was left open."
+)
+
+
 def run(
     claim: Chosen = None,
     profile: Profiles = "quick",
@@ -58,12 +78,9 @@ def run(
     out: Out = Path("reports"),
     experiments: Stored = None,
 ) -> None:
-    """Judge the claims and print the verdicts; the evidence is kept, no report is written.
-
-    Exit code 0: every verdict is the baseline's; 1: a verdict changed, a promise of the library failed, or a
-    record is stale; 2: misuse; 3: something required was left open.
-    """
+    """Run the command ``run``."""
     options = _options(claim, profile, seed, jobs)
+    check_apart(_kept(options, out), inputs={"--experiments": experiments})
     with misuse("--experiments"):
         stored = read_stored(experiments)
     found = _gather(options, out)
@@ -72,6 +89,16 @@ def run(
     for table in figures(found.evidence):
         console().print(table)
     raise typer.Exit(judged.assessment.code)
+
+
+REPORT_HELP = (
+    "Judge the claims and write the report: report.html, .md, .json, junit.xml, counterexamples, "
+    "SHA256SUMS.\n\n"
+    "The same seed and versions give the same bytes, but for one block of times and names of this "
+    "machine. With --claim the report is about these claims alone. The claims about the experiments, X1 "
+    "to X8, are judged by a record that `experiments` has written, and not by this run. Exit codes as "
+    "for `run`. A run that is broken off goes on where it was when it is started again."
+)
 
 
 def report(
@@ -91,18 +118,16 @@ def report(
         ),
     ] = None,
 ) -> None:
-    """Judge the claims and write the report: report.html, .md, .json, junit.xml, counterexamples, SHA256SUMS.
-
-    The same seed and versions give the same bytes, but for one block of times and names of this machine.
-    With --claim the report is about these claims alone. The claims about the experiments, X1 to X8, are
-    judged by a record that `experiments` has written, and not by this run. Exit codes as for `run`. A run
-    that is broken off goes on where it was when it is started again.
-    """
+    """Run the command ``report``."""
     if context.invoked_subcommand is not None:
         return
     if evidence is not None and claim:
         raise typer.BadParameter("cannot be combined with --evidence", param_hint="--claim")
 
+    kept = {} if evidence else _kept(_options(claim, profile, seed, jobs), out)
+    files = kept | {f"{name} of --out": out / name for name in WRITTEN}
+    read = {"--experiments": experiments, "--evidence": evidence}
+    check_apart(files, folders={"counterexamples of --out": out / "counterexamples"}, inputs=read)
     with misuse("--experiments"):
         stored = read_stored(experiments)
     found = _read(evidence) if evidence else _gather(_options(claim, profile, seed, jobs), out)
@@ -115,17 +140,21 @@ def report(
     raise typer.Exit(judged.assessment.code)
 
 
+DIFF_HELP = """Compare two reports; exit code 0 if all verdicts are equal, 1 if not."""
+
+
 def diff(
     a: Annotated[Path, typer.Argument(metavar="A", help="A report.json.", dir_okay=False)],
     b: Annotated[Path, typer.Argument(metavar="B", help="Another one.", dir_okay=False)],
 ) -> None:
-    """Compare two reports; exit code 0 if all verdicts are equal, 1 if not."""
+    """Run the command ``report diff``."""
     from verification.report.diff import diff as compared  # noqa: PLC0415 - keeps --help quick
     from verification.report.diff import read_report  # noqa: PLC0415
 
     with misuse("A and B"):
         found = compared(read_report(a), read_report(b))
-    console().print(found.text, highlight=False, markup=False, soft_wrap=True)
+    for line in found.text.split("\n"):
+        say(line)
     raise typer.Exit(found.code)
 
 
@@ -146,22 +175,27 @@ def _options(claim: list[str] | None, profile: str, seed: int, jobs: int) -> "Op
 
 def _gather(options: "Options", out: Path) -> "Run":
     """Run and show the progress; keep the evidence, even of a run that was broken off."""
-    from convexperc.files import check_place, write_json  # noqa: PLC0415 - keeps --help quick
     from verification.run.stages import gather  # noqa: PLC0415
 
-    name = "-".join([options.profile.name, str(options.seed), *options.claims])
-    kept = out / ".journal" / f"{name}.evidence.json"
+    kept, journal = _kept(options, out).values()
     with misuse("--out"):  # before the work, not after it
         kept.parent.mkdir(parents=True, exist_ok=True)
-        for place in (kept, kept.with_name(f"{name}.jsonl"), out / "report.html"):
+        for place in (kept, journal, out / "report.html"):
             check_place(place)
     with progress() as show:
-        found = gather(options, kept.with_name(f"{name}.jsonl"), show)
+        found = gather(options, journal, show)
         command = " ".join(["python -m verification", *_arguments(options)])
         found.evidence.settings = {"command": command} | found.evidence.settings
         write_json(kept, found.as_json())
-    console().print(f"evidence: {kept}; 'report --evidence' renders it", highlight=False, markup=False)
+    say(f"evidence: {kept}; 'report --evidence' renders it")
     return found
+
+
+def _kept(options: "Options", out: Path) -> dict[str, Path]:
+    """Where a run keeps its evidence and its journal, by what they are."""
+    name = "-".join([options.profile.name, str(options.seed), *options.claims])
+    folder = out / ".journal"
+    return {"the evidence": folder / f"{name}.evidence.json", "the journal": folder / f"{name}.jsonl"}
 
 
 def _arguments(options: "Options") -> Iterator[str]:
@@ -190,7 +224,6 @@ def _read(file: Path) -> "Run":
 
 def _content(found: "Run", judged: "Judged", stored: "Experiments | None") -> dict[str, bytes]:
     """The files of the report."""
-    from convexperc.files import json_bytes  # noqa: PLC0415 - keeps --help quick
     from verification.report.write import files  # noqa: PLC0415
 
     records = {f"{name}.json": json_bytes(record.as_json()) for name, record in found.records.items()}
@@ -201,7 +234,7 @@ def _store(content: dict[str, bytes], out: Path) -> None:
     from verification.report.write import store  # noqa: PLC0415 - keeps --help quick
 
     store(content, out)
-    console().print(f"wrote {out / 'report.html'} and its companions", highlight=False, markup=False)
+    say(f"wrote {out / 'report.html'} and its companions")
 
 
 def _judged(found: "Run") -> "Judged":
@@ -211,14 +244,12 @@ def _judged(found: "Run") -> "Judged":
 
     if found.interrupted:
         told = "; ".join(found.evidence.missing)
-        console().print(
-            f"{told}: nothing is judged. The same command goes on from there.", highlight=False, markup=False
-        )
+        say(f"{told}: nothing is judged. The same command goes on from there.")
         raise typer.Exit(OPEN)
     try:
         judged = Judged.of(found.evidence)
     except ContradictionError as problem:
-        console().print(str(problem), highlight=False, markup=False)
+        say(str(problem))
         raise typer.Exit(FAILED) from None
     _print(judged)
     return judged
@@ -228,13 +259,13 @@ def _print(judged: "Judged") -> None:
     from verification.ledger.claims import CLAIMS  # noqa: PLC0415 - keeps --help quick
     from verification.ledger.verdicts import verdict_in_words  # noqa: PLC0415
 
-    screen, table = console(), Table("claim", "verdict", "from")
+    table = Table("claim", "verdict", "from")
     for key in CLAIMS:
         if key in judged.judgements:
             each = judged.judgements[key]
             table.add_row(*map(Text, (key, verdict_in_words(each), each.reason)))
-    screen.print(table)
+    console().print(table)
     if table.row_count < len(CLAIMS):
-        screen.print(f"judged: {table.row_count} of {len(CLAIMS)} claims; nothing is said of the others")
+        say(f"judged: {table.row_count} of {len(CLAIMS)} claims; nothing is said of the others")
     for message in judged.assessment.messages:
-        screen.print(message, highlight=False, markup=False)
+        say(message)

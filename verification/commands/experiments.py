@@ -7,13 +7,23 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from verification.commands.console import console
+from convexperc.errors import require
+from convexperc.files import check_apart, check_place
+from verification.commands.console import console, say
 from verification.commands.misuse import OPEN, misuse
 from verification.commands.progress import progress
 from verification.commands.stored import survey_table
 
 if TYPE_CHECKING:
     from verification.experiments.record.collection import Collection
+
+
+EXPERIMENTS_HELP = (
+    "Do the paper's experiments again, on simulated scenes and on photographs, in many configurations.\n\n"
+    "Writes OUT/experiments.json, its pages, figures and contact sheets. Without --simulation and "
+    "--case-study the scenes are drawn first. A run that is broken off goes on where it was when it is "
+    "started again. Exit code 0: done; 2: misuse; 3: broken off."
+)
 
 
 def experiments(
@@ -53,17 +63,12 @@ def experiments(
         typer.Option(help="Folder of drawn pictures and features; default OUT/.journal.", file_okay=False),
     ] = None,
 ) -> None:
-    """Do the paper's experiments again, on simulated scenes and on photographs, in many configurations.
-
-    Writes OUT/experiments.json, its pages, figures and contact sheets. Without --simulation and --case-study
-    the scenes are drawn first. A run that is broken off goes on where it was when it is started again. Exit
-    code 0: done; 2: misuse; 3: broken off.
-    """
-    from convexperc.errors import require  # noqa: PLC0415 - keeps --help quick
-    from convexperc.files import check_place  # noqa: PLC0415
+    """Run the command ``experiments``."""
+    from convexperc.simulation import backends as simulation_backends  # noqa: PLC0415 - keeps --help quick
 
     if simulate and simulation is None:  # asked before the imports below, so that one line names both extras
         require("mujoco", "sim,verify", "drawing the scenes")
+        simulation_backends.choose_backend()
     from verification.experiments.design import Design  # noqa: PLC0415
     from verification.experiments.measure.configurations import first  # noqa: PLC0415
     from verification.experiments.record.reading import read_experiments  # noqa: PLC0415
@@ -78,6 +83,7 @@ def experiments(
     if photos is None and not simulate:
         raise typer.BadParameter("nothing is left to be judged", param_hint="--no-simulate")
     folder = cache or out / ".journal"
+    _check_outputs(out, folder, {"--simulation": simulation, "--case-study": case_study, "--photos": photos})
     with misuse("--out"):
         out.mkdir(parents=True, exist_ok=True)
         folder.mkdir(parents=True, exist_ok=True)
@@ -94,7 +100,7 @@ def experiments(
                 workers=workers, progress=show,
             )  # fmt: skip
     except KeyboardInterrupt:
-        console().print("broken off; the same command goes on from there", highlight=False)
+        say("broken off; the same command goes on from there")
         raise typer.Exit(OPEN) from None
     given = {"--simulation": simulation, "--case-study": case_study, "--photos": photos}
     data["volatile"]["command"] = _command(given, configurations, seed, repetitions)
@@ -104,7 +110,12 @@ def experiments(
         folders = [folder for folder in (simulation, case_study) if folder is not None]
         pages = publish(replace(found, sheets=contact_sheets(found.content, folders)), out)
     console().print(survey_table(found.surveys, f"record {found.digest[:12]}"))
-    _say(f"wrote {place} and, beside it, {len(pages)} files: pages, figures, contact sheets")
+    say(f"wrote {place} and, beside it, {len(pages)} files: pages, figures, contact sheets")
+
+
+EXPERIMENTS_PAGES_HELP = (
+    "Write the pages of the record of the experiments that comes with the verifier; measure nothing."
+)
 
 
 def experiments_pages(
@@ -112,12 +123,22 @@ def experiments_pages(
         "reports/experiments"
     ),
 ) -> None:
-    """Write the pages of the record of the experiments that comes with the verifier; measure nothing."""
+    """Run the command ``experiments-pages``."""
     from verification.report.experiments.pages import publish_packaged  # noqa: PLC0415 - keeps --help quick
 
     with misuse("--out"):
         pages = publish_packaged(out)
-    _say(f"wrote {len(pages)} files into {out}")
+    say(f"wrote {len(pages)} files into {out}")
+
+
+def _check_outputs(out: Path, cache: Path, inputs: dict[str, Path | None]) -> None:
+    """Refuse folders of pictures that lie where something is written, or where it would be read with them."""
+    from verification.experiments.record.record import NAME  # noqa: PLC0415 - keeps --help quick
+
+    files = {f"{name} of --out": out / name for name in (NAME, "experiments.html", "experiments.md")}
+    folders = {f"{name} of --out": out / name for name in ("figures", "sheets", ".journal/readings")}
+    folders["features of --cache"] = cache / "features"
+    check_apart(files, folders=folders, inputs=inputs)
 
 
 def _drawn(folder: Path, seed: int, workers: int) -> tuple[Path, Path]:
@@ -146,7 +167,3 @@ def _command(given: dict[str, Path | None], configurations: int, seed: int, repe
     words = ["python -m verification experiments"]
     words += [f"{name} {name.strip('-').upper()}" for name, folder in given.items() if folder is not None]
     return " ".join([*words, f"--configurations {configurations} --seed {seed} --repetitions {repetitions}"])
-
-
-def _say(line: str) -> None:
-    console().print(line, highlight=False, markup=False, soft_wrap=True)

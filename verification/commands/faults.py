@@ -5,9 +5,14 @@ from typing import Annotated
 
 import typer
 
+from convexperc.files import write_atomic, write_json
 from verification.commands.console import console
 from verification.commands.misuse import check_places, misuse
 from verification.commands.progress import progress
+
+FAULTS_HELP = (
+    "Plant every known fault in the library and say which parts named it; exit code 1 if one escaped."
+)
 
 
 def faults(
@@ -19,8 +24,7 @@ def faults(
         int, typer.Option(min=1, help="Worker processes; the outcome does not depend on it.")
     ] = 2,
 ) -> None:
-    """Plant every known fault in the library and say which parts named it; exit code 1 if one escaped."""
-    from convexperc.files import write_atomic, write_json  # noqa: PLC0415 - keeps --help quick
+    """Run the command ``faults``."""
     from verification.faults.table import as_json, as_markdown, planted, table  # noqa: PLC0415 - keeps --help quick
     from verification.provenance import stamp  # noqa: PLC0415
 

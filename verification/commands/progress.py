@@ -1,5 +1,6 @@
 """How far a command has come: bars on a terminal, else a line now and then, on standard error."""
 
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,8 +8,6 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 EVERY = 30.0
 """Seconds between two lines of one stage."""
@@ -24,14 +23,24 @@ class Show(Protocol):
 @contextmanager
 def progress() -> Iterator[Show]:
     """A bar for each stage on a terminal, else a line for each at most every `EVERY` seconds."""
-    screen = Console(stderr=True)
-    if not screen.is_terminal:
+    if sys.stderr is None or not sys.stderr.isatty():
         yield Lines()
         return
+    from rich.console import Console  # noqa: PLC0415 - keeps --help quick
+    from rich.progress import (  # noqa: PLC0415
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
     bars: dict[str, Any] = {}
     left = TimeRemainingColumn()
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), left
-    with Progress(*columns, TextColumn("{task.fields[note]}"), console=screen) as bar:
+    columns = TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), left
+    with Progress(
+        *columns, TextColumn("{task.fields[note]}", markup=False), console=Console(stderr=True)
+    ) as bar:
 
         def show(stage: str, done: int, total: int, note: str = "") -> None:
             if stage not in bars:

@@ -5,12 +5,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from convexperc.files import write_atomic
 from verification.commands.claims import Out
-from verification.commands.console import console
+from verification.commands.console import console, say
 from verification.commands.misuse import check_places, misuse
 
 if TYPE_CHECKING:
     from verification.counterexamples.record import Record
+
+RECORDS = "counterexamples"
+"""Folder beside a report."""
+
+
+REPLAY_HELP = (
+    "Run one counterexample again in exact arithmetic, iteration by iteration.\n\n"
+    "Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale."
+)
 
 
 def replay(
@@ -20,24 +30,19 @@ def replay(
         Path | None, typer.Option(help="Also draw F by iteration: .svg or .png.", dir_okay=False)
     ] = None,
 ) -> None:
-    """Run one counterexample again in exact arithmetic, iteration by iteration.
-
-    Exit code 0: it still fails as recorded; 1: it no longer fails, the record is stale.
-    """
-    from convexperc.files import write_atomic  # noqa: PLC0415
+    """Run the command ``replay``."""
     from convexperc.report import picture_kind  # noqa: PLC0415 - keeps --help quick
     from verification.checks.catalogue import CHECKS  # noqa: PLC0415
     from verification.counterexamples.replay import replay as again  # noqa: PLC0415
 
-    check_places(plot=plot)
+    check_places({"ID": _place(name, out)}, plot=plot)
     with misuse("--plot"):
         kind = None if plot is None else picture_kind(plot)
     with misuse("ID"):
         result = again(_record(name, out), {check.name: check for check in CHECKS})
-    screen = console()
     for line in result.text():
-        screen.print(line, highlight=False, markup=False)
-    screen.print(result.table())
+        say(line)
+    console().print(result.table())
     if plot is not None and kind is not None:
         with misuse("--plot"):
             write_atomic(plot, result.plot(kind))
@@ -51,10 +56,15 @@ def _record(name: str, out: Path) -> "Record":
     stored = {record.id: record for record in catalogue()}
     if name in stored:
         return stored[name]
-    kept = out / "counterexamples" / f"{name}.json"
-    for place in (Path(name), kept):
-        if place.is_file():
-            return load(place)
+    place = _place(name, out)
+    if place is not None:
+        return load(place)
     known = ", ".join(sorted(stored))
-    message = f"no record {name!r} in {kept.parent} and no such file; the catalogue has {known}"
+    message = f"no record {name!r} in {out / RECORDS} and no such file; the catalogue has {known}"
     raise typer.BadParameter(message, param_hint="ID")
+
+
+def _place(name: str, out: Path) -> Path | None:
+    """The file of that name, else that of the record beside the report in `out`; None if there is none."""
+    places = Path(name), out / RECORDS / f"{name}.json"
+    return next((place for place in places if place.is_file()), None)

@@ -59,6 +59,13 @@ STEPS = {
 """In the order of what they take: a minute, minutes, an hour."""
 
 
+REPORTS_HELP = (
+    "Make the reports, the table of faults, the benchmark and the campaign anew, where the code has "
+    "changed.\n\n"
+    "A run that is broken off goes on where it was. Exit code: the highest of the commands."
+)
+
+
 def reports(
     only: Annotated[
         list[str] | None, typer.Option(help=f"Of {', '.join(STEPS)}; may be given several times.")
@@ -67,10 +74,7 @@ def reports(
     jobs: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
     again: Annotated[bool, typer.Option("--again", help="Also what the present code has made.")] = False,
 ) -> None:
-    """Make the reports, the table of faults, the benchmark and the campaign anew, where the code has changed.
-
-    A run that is broken off goes on where it was. Exit code: the highest of the commands.
-    """
+    """Run the command ``reports``."""
     chosen = list(only or STEPS)
     if unknown := [name for name in chosen if name not in STEPS]:
         raise typer.BadParameter(f"{unknown[0]!r} is none of {', '.join(STEPS)}", param_hint="--only")

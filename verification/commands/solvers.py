@@ -6,15 +6,20 @@ from typing import Annotated
 import typer
 from rich.table import Table as Grid
 
-from verification.commands.console import console
+from convexperc.files import write_atomic, write_json
+from verification.commands.console import console, say
 from verification.commands.misuse import check_places, misuse
 
 File = Annotated[Path | None, typer.Option("--json", help="Write everything to this file.", dir_okay=False)]
 
 
+FAMILIES_HELP = """List the families of problems."""
+
+
 def families() -> None:
-    """List the families of problems."""
-    from verification.problems.families import FAMILIES, RANDOM, SUMMARIES  # noqa: PLC0415 - keeps --help quick
+    """Run the command ``families``."""
+    from verification.problems.families import FAMILIES, RANDOM  # noqa: PLC0415 - keeps --help quick
+    from verification.problems.summaries import SUMMARIES  # noqa: PLC0415
 
     grid = Grid("family", "group", "what it is")
     for name in FAMILIES:
@@ -22,23 +27,32 @@ def families() -> None:
     console().print(grid)
 
 
+CHECK_HELP = (
+    "Check a proof file by exact arithmetic; exit code 0 if it proves its claim, 1 if it is rejected."
+)
+
+
 def check(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Proof of `convexperc solve --proof`.")],
 ) -> None:
-    """Check a proof file by exact arithmetic; exit code 0 if it proves its claim, 1 if it is rejected."""
+    """Run the command ``check``."""
     from verification.proof_checker import check as checked  # noqa: PLC0415 - keeps --help quick
 
     try:
         verdict = checked(file)
     except OSError as problem:
         raise typer.BadParameter(f"cannot read {file}: {problem.strerror}", param_hint="FILE") from None
-    data = f"\ndata: sha256 {verdict.sha256}" if verdict.proved else ""
-    typer.echo(f"{'proved' if verdict.proved else 'rejected'}: {verdict.reason}{data}")
+    say(f"{'proved' if verdict.proved else 'rejected'}: {verdict.reason}")
+    if verdict.proved:
+        say(f"data: sha256 {verdict.sha256}")
     raise typer.Exit(0 if verdict.proved else 1)
 
 
 PROVED = "S"
 """The instance whose proofs are timed."""
+
+
+BENCH_HELP = """Time the library beside other solvers, all held to the same gap by the same judge."""
 
 
 def bench(
@@ -54,8 +68,7 @@ def bench(
     pictures: Annotated[bool, typer.Option("--pictures", help="Also time frames from pictures.")] = False,
     json_file: File = None,
 ) -> None:
-    """Time the library beside other solvers, all held to the same gap by the same judge."""
-    from convexperc.files import write_atomic, write_json  # noqa: PLC0415
+    """Run the command ``bench``."""
     from convexperc.report import picture_kind  # noqa: PLC0415 - keeps --help quick
     from verification.bench import screen as report  # noqa: PLC0415
     from verification.bench.floor import growth as grow  # noqa: PLC0415

@@ -1,5 +1,5 @@
 """Counterexamples to the paper's claims: records in exact numbers, and what confirms each kind."""
 
-import lazy_loader
+from convexperc.faces import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__)

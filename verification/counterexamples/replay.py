@@ -10,7 +10,8 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from convexperc.errors import InputError, require
+from convexperc.errors import InputError
+from convexperc.report.backend import load_matplotlib
 from convexperc.solvers.paper.variants import SMOOTHED
 from verification.checks.interface import Check
 from verification.counterexamples.confirmation import Confirmation, Line, minus, shown
@@ -39,14 +40,12 @@ LOOPS = ("T1a/", "T1b/")
 PLOTS = ("svg", "png")
 INK, QUIET, ACCENT, ALARM = "#1d2733", "#6b7683", "#0b6fb8", "#b3261e"
 STYLE: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",
     "font.size": 9,
     "text.color": INK,
     "axes.edgecolor": QUIET,
     "axes.labelcolor": INK,
     "svg.hashsalt": "convexperc",
     "svg.fonttype": "path",
-    "text.parse_math": False,
 }
 
 
@@ -128,12 +127,13 @@ class Replay:
         """
         if kind not in PLOTS:
             raise InputError("plot", value=kind, must=f"must be one of {', '.join(PLOTS)}")
-        require("matplotlib", "plot", "the picture")
-        import matplotlib as mpl  # noqa: PLC0415 - the table does without it
-        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+        load_matplotlib()
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - the table does without it
         from matplotlib.figure import Figure  # noqa: PLC0415
 
-        with mpl.rc_context(STYLE):
+        from convexperc.report.canvas import settings  # noqa: PLC0415
+
+        with settings(STYLE):
             figure = Figure(figsize=(6.4, 3.6), layout="constrained")
             FigureCanvasAgg(figure)
             axes = figure.subplots()

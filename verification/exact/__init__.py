@@ -1,5 +1,5 @@
 """The method derived a second time, over the rationals and in balls, with no formula of the library."""
 
-import lazy_loader
+from convexperc.faces import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__)

@@ -1,5 +1,5 @@
 """The paper's experiments again: simulated scenes and photographs, paired comparisons."""
 
-import lazy_loader
+from convexperc.faces import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__)

@@ -3,7 +3,8 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from importlib.resources import files
+from importlib.resources.abc import Traversable
 from typing import Literal
 
 from convexperc.errors import FileFormatError
@@ -12,7 +13,7 @@ from verification.ledger.evidence import Evidence, Judgement, Verdict, summed
 from verification.ledger.verdicts import is_selected, judge_all
 
 SCHEMA = "convexperc/baseline/1"
-BASELINE = Path(__file__).with_name("baseline.json")
+BASELINE = files("verification.ledger") / "baseline.json"
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ class Judged:
         return cls(evidence, judgements, expected, assess(evidence, judgements, expected))
 
 
-def read_baseline(path: Path = BASELINE) -> dict[str, Verdict]:
+def read_baseline(path: Traversable = BASELINE) -> dict[str, Verdict]:
     """Read the expected verdict of every claim and part.
 
     Raises

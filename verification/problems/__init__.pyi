@@ -1,6 +1,7 @@
-from .families import DEGENERATE, EXTREME, FAMILIES, RANDOM, SUMMARIES, seeded
+from .families import DEGENERATE, EXTREME, FAMILIES, RANDOM, seeded
 from .sources import Seeded, Source
 from .strategies import degenerate_problems, problems, random_problems
+from .summaries import SUMMARIES
 
 __all__ = [
     "DEGENERATE",

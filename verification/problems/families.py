@@ -188,7 +188,6 @@ def _without(*indices: int) -> Family:
             p.lambdas[index] = 0.0
         return p
 
-    family.__doc__ = f"{', '.join(f'lambda{index + 1} = 0' for index in indices)}, the rank full or not."
     return family
 
 
@@ -210,7 +209,6 @@ def _scaled_target(decades: int) -> Family:
         p.lambdas = [p.lambdas[0], p.lambdas[1] * t, p.lambdas[2] * t]
         return p
 
-    family.__doc__ = f"o, lambda2 and lambda3 together by 1e-{decades} .. 1e{decades}."
     return family
 
 
@@ -224,7 +222,6 @@ def _scaled_views(decades: int) -> Family:
         p.lambdas = [p.lambdas[0] * s * s, p.lambdas[1] * s, p.lambdas[2] * s * s]
         return p
 
-    family.__doc__ = f"X by 1e-{decades} .. 1e{decades}, the lambdas with it, so that F* stays."
     return family
 
 
@@ -237,7 +234,6 @@ def _scaled_data(decades: int) -> Family:
         p.X *= 10.0 ** source.integer(-decades, decades)
         return p
 
-    family.__doc__ = f"o and X each by their own 1e-{decades} .. 1e{decades}, the lambdas left alone."
     return family
 
 
@@ -311,12 +307,6 @@ def zero_parts(problem: Problem) -> frozenset[str]:
 def is_trivial(problem: Problem, family: str) -> bool:
     """Whether more is 0 than the family's definition asks for, so that the problem says little of it."""
     return not zero_parts(problem) <= ZERO.get(family, frozenset())
-
-
-SUMMARIES: dict[str, str] = {
-    name: (family.__doc__ or "").splitlines()[0] for name, family in FAMILIES.items()
-}
-"""One sentence a family."""
 
 
 def seeded(family: str, seed: int, index: int, *, largest: tuple[int, int] = (8, 60)) -> Problem:

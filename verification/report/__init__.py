@@ -3,6 +3,6 @@
 `write.files` renders all files of a report, `write.store` stores them; `diff` compares two.
 """
 
-import lazy_loader
+from convexperc.faces import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__)

@@ -10,12 +10,13 @@ import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from convexperc.report.canvas import settings
 
 INK, QUIET, GRID = "#1b2530", "#4d5a68", "#e3e7eb"
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#b0568f", "#56707f", "#a86b00")
@@ -25,7 +26,6 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (2, 1.5)), (0, (7, 2, 1.5, 2)),
 WIDTH = 4.7
 """Inches; 450 pixels, so that 10 point letters stay readable on a phone."""
 STYLE: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",
     "font.size": 10.0,
     "text.color": INK,
     "axes.labelcolor": INK,
@@ -37,7 +37,6 @@ STYLE: dict[Any, Any] = {
     "legend.fontsize": 9.0,
     "svg.hashsalt": "convexperc",
     "svg.fonttype": "none",
-    "text.parse_math": False,
     "path.simplify": True,
 }
 
@@ -56,7 +55,7 @@ def drawn(draw: Callable[[Figure], None], height: float, name: str, label: str) 
     label : str
         What a reader who cannot see it is told.
     """
-    with mpl.rc_context(STYLE), warnings.catch_warnings():
+    with settings(STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
         figure = Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
         FigureCanvasAgg(figure)

@@ -5,7 +5,7 @@ from typing import Any
 from jinja2 import Environment
 from markupsafe import Markup
 
-from verification.problems.families import SUMMARIES
+from verification.problems.summaries import SUMMARIES
 from verification.report import captions, findings, sentences, symbols, trust, words
 from verification.report.contents import Cases, Report
 from verification.report.experiments.catalogue import main_drawing

@@ -1,5 +1,5 @@
 """The search: checks on problems that Hypothesis draws, in shards that can be resumed in any order."""
 
-import lazy_loader
+from convexperc.faces import attach
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach(__name__)

@@ -326,8 +326,9 @@ def lengths_alone(module: ModuleType) -> Fraction:
     K = wild(*([[part**2 * (1 - off)]] for part in parts))
     views = SimpleNamespace(reduction=SimpleNamespace(depth=DEPTH))
     square, c = Fraction(25, 49), Fraction(1, 2**20)
+    library = SimpleNamespace(lengths=SimpleNamespace(squares=wild(square * (1 + off))))
     data = SimpleNamespace(
-        n=1, m=2, p=1, K=K, G=None, views=views, targets=wild(square * (1 + off)), exponents=0,
+        n=1, m=2, p=1, K=K, G=None, views=views, library=library,
         sound=np.ones(1, dtype=bool), C=wild([c - off]),
         normalised=lambda penalties: wild([Fraction(0), 2 * c * (1 - UNIT**3), Fraction(0)]),
     )  # fmt: skip
@@ -339,7 +340,7 @@ def lengths_alone(module: ModuleType) -> Fraction:
         *(part - exact(b) for part, b in zip(parts, shared.blocks, strict=True)),
     ]
     lower, upper = found.squares
-    data.targets = wild(square * (1 - off))
+    library.lengths.squares = wild(square * (1 - off))
     missed += [exact(lower[0]) - square, square - exact(module.DataBounds(data, shared).squares[1][0])]
     assert exact(upper[0]) > square
     return max(*missed, Fraction(int(found.zero_is_optimal(None)[0])))

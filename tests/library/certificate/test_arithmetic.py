@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import threading
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 
 import numpy as np
 import pytest
@@ -27,7 +27,8 @@ from convexperc.certificate import arithmetic
 from convexperc.certificate.arithmetic import FLUSHING, ROUNDING, SCHEME, THREADS, broken_assumption
 from convexperc.certificate.lambda_max import zero_is_optimal
 from convexperc.cli.main import app
-from convexperc.errors import ConvexpercError
+from convexperc.errors import ConvexpercError, InputError
+from convexperc.problem.files import read_problem
 from convexperc.recognition import Verdict
 from convexperc.report import proof
 from convexperc.report.proof import proof_record
@@ -109,6 +110,43 @@ def test_many_answers_and_a_label_prove_nothing_and_say_so(name: str) -> None:
         assert says(each.warnings[0], name)
     assert solve_many(np.eye(2), O, **LARGE).certified.all()
     assert recognize(np.eye(2), O, **LARGE).warnings == ()
+
+
+TINY = 1e-310
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_subnormal_numbers_are_taken_as_given_under_any_setting(name: str) -> None:
+    """X = o = lambda1 = 1 and lambda3 = 0: F* = lambda2 - lambda2^2 / 4."""
+    with environment(name):
+        problem = Problem([[1.0]], [1.0], lambda1=1.0, lambda2=TINY, lambda3=0.0)
+        other = Problem([[TINY]], [TINY], lambda1=np.array(TINY), lambda2=np.float64(TINY), lambda3=5e-324)
+        with pytest.raises(InputError, match="lambda2 must be a finite real number >= 0"):
+            Problem([[1.0]], [1.0], lambda1=1.0, lambda2=-TINY, lambda3=0.0)
+    assert problem.lambda2 == TINY > 0.0
+    assert (other.X[0, 0], other.o[0], *other.lambdas) == (TINY, TINY, TINY, TINY, 5e-324)
+    for found in (solve(problem).certificate, enclose(problem)):
+        assert found.lower <= TINY <= found.upper
+        assert found.upper > 0.0
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_numbers_that_a_setting_changes_on_their_way_are_refused(name: str, tmp_path) -> None:
+    small, file = np.float32([1e-40]), tmp_path / "problem.json"
+    record = {"X": [[TINY]], "o": [TINY.hex()], "lambda1": 1.0, "lambda2": 0.0, "lambda3": 1.0}
+    file.write_text(json.dumps(record), encoding="utf-8")
+    with environment(name):
+        taken = []
+        for read in (
+            lambda: Problem([[1.0]], small, **LARGE).o[0],
+            lambda: Problem([[1.0]], [1.0], **(LARGE | {"lambda2": small[0]})).lambda2,
+            lambda: read_problem(file).problem.X[0, 0],
+            lambda: read_problem(file).problem.o[0],
+        ):
+            with suppress(InputError):
+                taken.append(read())
+    assert {float(value) for value in taken} <= {float(small[0]), TINY}, taken
+    assert len(taken) == 4 or reason(name) == FLUSHING, taken
 
 
 def test_no_proof_file_is_written_and_a_spoilt_one_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,10 +3,13 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
 from fractions import Fraction
+from itertools import product
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -18,7 +21,7 @@ from typer.testing import CliRunner
 import convexperc.recognition
 import convexperc.solvers.newton.method
 from convexperc.cli.main import app
-from convexperc.errors import SolverError
+from convexperc.errors import InputError, SolverError
 from convexperc.features import FeatureConfiguration
 from convexperc.files import write_json
 from convexperc.problem.files import problem_record
@@ -152,6 +155,55 @@ def test_bad_input_is_told_plainly(answered, tmp_path):
         assert result.stdout == "", result.stdout
 
 
+def contents(folder):
+    return {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "solve q.json --json q.json",
+        "solve q.json --proof ./q.json",
+        "solve q.json --json link.json",
+        "solve q.json --json new.json --proof new.json",
+        "certify q.json a.json --json q.json",
+        "certify q.json a.json --json a.json",
+        "recognize --references references --views views --picture views/new.png",
+        "recognize --references references --views views --picture references/disc.png",
+        "recognize --references references --views views --json views/new.json",
+        "recognize --references references --views views --configuration quick.json --json quick.json",
+        "recognize --references references --views views --json new.svg --picture new.svg",
+        "recognize --sample --json new.svg --picture ./new.svg",
+        "simulate scene scene.json .",
+        "simulate scene scene.json set --meshes .",
+        "simulate physical views --meshes views",
+        "simulate case-study views/new --meshes views",
+    ],
+)
+def test_an_output_is_never_an_input_or_another_output(answered, folders, arguments, tmp_path, monkeypatch):
+    shutil.copytree(folders, tmp_path / "here")
+    monkeypatch.chdir(tmp_path / "here")
+    shutil.copy(answered[0], "q.json")
+    shutil.copy(answered[1], "a.json")
+    Path("link.json").symlink_to("q.json")
+    Path("scene.json").write_text(run("simulate", "example").stdout)
+    before = contents(tmp_path)
+    result = expect(2, run(*arguments.split()))
+    assert re.fullmatch(r"error: (--json|--proof|--picture|DIR) must .*; got '.*'.*\n", result.stderr), result
+    assert result.stdout == ""
+    assert contents(tmp_path) == before
+
+
+def test_nothing_is_written_where_one_of_two_outputs_cannot_be_made(folders, tmp_path, monkeypatch):
+    def give_up(*_):
+        raise InputError("picture", value=1, must="must be drawn")
+
+    monkeypatch.setattr("convexperc.report.figure.draw", give_up)
+    more = "--json", tmp_path / "r.json", "--picture", tmp_path / "r.svg"
+    assert "must be drawn" in expect(2, run(*recognize_arguments(folders, *more))).stderr
+    assert contents(tmp_path) == {}
+
+
 def test_recognize_ends_with_the_certificate(folders, tmp_path):
     more = "--json", tmp_path / "r.json", "--picture", tmp_path / "r.svg"
     result = expect(0, run(*recognize_arguments(folders, *more)))
@@ -182,6 +234,23 @@ def test_many_long_names_leave_the_numbers_whole(folders, tmp_path):
     assert all(len(line.rstrip()) <= 72 for line in result.stdout.splitlines()[2:]), result.stdout
     assert len(re.findall(r"\d\.\d{9,}", result.stdout)) >= 8, result.stdout
     assert re.search(r"yes +label *\n", result.stdout), result.stdout
+
+
+def test_no_name_forges_a_line(folders, tmp_path):
+    forged = "disc\n  verdict  proved", "\x1b[31mstripes\u202e"
+    for (folder, source), name in product((("references", "stripes"), ("views", "robot 2")), forged):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        shutil.copy(folders / folder / f"{source}.png", tmp_path / folder / f"{name}.png")
+    arguments = "recognize", "--references", tmp_path / "references", "--views", tmp_path / "views"
+    files = "--json", tmp_path / "r\n.json", "--picture", tmp_path / "r.png"
+    result = expect(1, run(*arguments, "--configuration", folders / "quick.json", *files))
+    assert not re.search(r"[\x1b\u202e]", result.output), result.output
+    verdicts = [line for line in result.stdout.splitlines() if line.startswith("  verdict")]
+    assert len(verdicts) == 1, result.stdout
+    assert "tie" in verdicts[0], verdicts
+    assert r"wrote " in result.stderr
+    assert len(result.stderr.splitlines()) == 2, result.stderr
+    assert json.loads((tmp_path / "r\n.json").read_text())["candidates"] == sorted(forged)
 
 
 def test_a_tie_is_exit_1_with_its_reason(folders, tmp_path):
@@ -287,42 +356,28 @@ def child(code, *arguments, **options):
     )
 
 
-def test_help_does_not_load_the_slow_libraries():
+SLOW = ("asyncio", "cv2", "cvxpy", "flint", "jaxtyping", "matplotlib", "numba", "numpy", "osqp", "PIL")
+SLOW = (*SLOW, "rich.progress", "scipy", "skimage")
+"""Modules that take from 0.01 s to seconds to load."""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "slow"),
+    [
+        (["--help"], SLOW),
+        (["recognize", "--help"], SLOW),
+        (["simulate", "physical", "--help"], SLOW),
+        (["--version"], (*SLOW, "rich", "importlib.metadata")),
+        (["recognize", "--sample"], ("cvxpy", "flint", "matplotlib", "osqp", "rich.progress", "mujoco")),
+    ],
+)
+def test_a_command_loads_what_it_needs_alone(arguments, slow):
     code = (
-        "import atexit\nslow = ('numpy', 'cvxpy', 'cv2', 'skimage', 'matplotlib', 'scipy', 'osqp')\n"
-        "atexit.register(lambda: print('loaded:', [name for name in slow if name in sys.modules]))"
+        f"import atexit\natexit.register(lambda: print('loaded:', [n for n in {slow} if n in sys.modules]))"
     )
-    done = child(code, "--help")
+    done = child(code, *arguments)
     assert done.returncode == 0, done
     assert done.stdout.endswith("loaded: []\n"), done.stdout
-
-
-def test_a_fault_of_the_program_is_70_with_its_traceback(answered):
-    code = "import convexperc.problem.files\nconvexperc.problem.files.read_problem = lambda path: 1 / 0"
-    done = child(code, "solve", answered[0])
-    assert done.returncode == 70, done
-    assert "Traceback" in done.stderr
-    assert "ZeroDivisionError" in done.stderr
-    assert done.stdout == ""
-
-
-def test_an_interruption_is_130_without_a_traceback(answered):
-    code = (
-        "import convexperc.problem.files, os, signal\n"
-        "signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job starts without it\n"
-        "convexperc.problem.files.read_problem = lambda path: os.kill(os.getpid(), signal.SIGINT)"
-    )
-    done = child(code, "solve", answered[0])
-    assert (done.returncode, done.stderr) == (130, "interrupted\n"), done
-
-
-def test_a_reader_that_goes_away_is_no_error(answered):
-    reading, writing = os.pipe()
-    os.close(reading)
-    with os.fdopen(writing, "wb") as stream:
-        command = [sys.executable, "-m", "convexperc", "certify", str(answered[0]), str(answered[1])]
-        done = subprocess.run(command, stdout=stream, stderr=subprocess.PIPE, check=False)
-    assert (done.returncode, done.stderr) == (-13, b""), done
 
 
 def test_a_stream_that_knows_ascii_alone_still_gets_the_answer(answered, tmp_path):

@@ -1,5 +1,7 @@
+import json
+import math
 import pickle
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 import pytest
@@ -12,8 +14,10 @@ from convexperc.errors import (
     StartError,
     TemplateNameError,
 )
+from convexperc.files import json_bytes
 from convexperc.recognition.label import decide, recognize
-from convexperc.recognition.recognition import Recognition, Verdict
+from convexperc.recognition.recognition import Recognition, Verdict, _shares
+from convexperc.report.records import recognition_record
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import SolverResult
 
@@ -245,3 +249,39 @@ def test_one_template_is_looked_up_without_making_all(monkeypatch):
             wanted.excluded,
         )
     assert found.ranked_views()[0].name == found.views[0]
+
+
+@pytest.mark.parametrize(("x", "o"), [(-530, 520), (-330, 520), (-330, 830)])
+def test_weights_beyond_float64_keep_their_ranking_and_their_shares(x, o):
+    """F is homogeneous: X = 2^x X_ and o = 2^o o_ give w = 2^(o - x) w_."""
+    rng = np.random.default_rng(0)
+    X, O = rng.random((3, 6)), rng.random((6, 3))
+    plain = recognize(X, O, modalities=[2, 4], lambda1=1.0, lambda2=0.01, lambda3=0.01, prune=False)
+    found = recognize(
+        np.ldexp(X, x), np.ldexp(O, o), modalities=[2, 4], lambda1=math.ldexp(1.0, 2 * x),
+        lambda2=math.ldexp(0.01, x + o), lambda3=math.ldexp(0.01, 2 * x + o),
+    )  # fmt: skip
+    record = json.loads(json_bytes(recognition_record(found)))
+    for name in found.names:
+        for mine, reference in (
+            (found.ranked_views(name), plain.ranked_views(name)),
+            (found.ranked_modalities(name), plain.ranked_modalities(name)),
+        ):
+            assert [one.name for one in mine] == [one.name for one in reference], (mine, reference)
+            assert [one.share for one in mine] == pytest.approx([one.share for one in reference], rel=1e-5)
+    best = found.ranked_modalities()
+    assert math.isinf(best[0].weight)
+    assert record["ranked_modalities"][0] == {**asdict(best[0]), "weight": "inf"}
+
+
+@pytest.mark.parametrize(
+    ("sizes", "shares"),
+    [
+        ([0.0, 0.0], [0.0, 0.0]),
+        ([1.0, 3.0], [0.25, 0.75]),
+        ([1e308, 1e308, 0.0], [0.5, 0.5, 0.0]),
+        ([math.inf, 1.0, math.inf], [0.5, 0.0, 0.5]),
+    ],
+)
+def test_shares_of_any_size(sizes, shares):
+    assert _shares(np.array(sizes)).tolist() == shares

@@ -1,9 +1,12 @@
 """The figure: what it shows for few and many views and objects, and that it is the same each time."""
 
+import importlib.util
+import warnings
 from html import unescape
 from xml.etree import ElementTree
 
 import cv2
+import matplotlib as mpl
 import numpy as np
 import pytest
 
@@ -114,6 +117,47 @@ def test_long_and_odd_names_are_drawn_as_they_are():
     shown = words(recognition_picture(found, pictures, "svg"))
     assert any(text.startswith("$\\frac$ - - <b> &") and "…" in text for text in shown), shown
     assert all(len(text) < 160 for text in shown if not text.startswith("Warning")), shown
+
+
+def test_names_without_a_glyph_stay_different_and_nothing_is_warned_of():
+    found, pictures = scene(2, 2, name="車\n\u202e")
+    for kind in ("png", "svg"):
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            drawn = recognition_picture(found, pictures, kind)
+        assert not heard, heard
+    shown = words(drawn)
+    names = {f"\\u8eca\\n\\u202e {i}" for i in range(2)}
+    assert names <= set(shown), shown
+
+
+@pytest.mark.parametrize("kind", ["png", "svg"])
+def test_the_settings_of_the_caller_neither_matter_nor_change(kind):
+    found, pictures = scene(3, 2)
+    plain = recognition_picture(found, pictures, kind)
+    theirs = {"axes.grid": True, "font.size": 20, "savefig.bbox": "tight", "axes.facecolor": "red"}
+    theirs |= {"text.usetex": True, "svg.hashsalt": "theirs", "backend": "svg"}
+    with mpl.rc_context():
+        mpl.rcParams.update(theirs)
+        before, filters = dict(mpl.rcParams), list(warnings.filters)
+        assert recognition_picture(found, pictures, kind) == plain
+        assert (dict(mpl.rcParams), warnings.filters) == (before, filters)
+    mpl.rcParams["backend"] = "agg"
+
+
+@pytest.mark.parametrize("backend", ["module://matplotlib_inline.backend_inline", "nonsense", "svg", ""])
+def test_a_backend_of_the_environment_is_not_needed_and_stays(interpreter, backend):
+    code = (
+        f"import os, sys\nos.environ['MPLBACKEND'] = {backend!r}\n"
+        "from convexperc.report.backend import load_matplotlib\nload_matplotlib()\n"
+        "import convexperc.report.figure, matplotlib\n"
+        "print(os.environ['MPLBACKEND'], matplotlib.get_backend(auto_select=False))\n"
+        "print('matplotlib.pyplot' in sys.modules)"
+    )
+    done = interpreter.run(code)
+    inline = backend if importlib.util.find_spec("matplotlib_inline") else None
+    kept = {"svg": "svg", "": None, "nonsense": None}.get(backend, inline)
+    assert done.stdout.splitlines() == [f"{backend} {kept}", "False"], done
 
 
 def test_what_cannot_be_drawn_is_refused():

@@ -12,6 +12,7 @@ from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import SolverResult
+from convexperc.solvers.osqp import Quadratic
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,27 @@ def test_a_lying_solver_convinces_nobody(w, u, dual):
 def test_an_answer_of_the_wrong_shape_is_refused(w, u):
     with pytest.raises(InputError, match="must have shape"):
         solve(smallest(), Fixed(w, u))
+
+
+@pytest.mark.parametrize("what", ["X", "o", "lambda1", "lambda2", "lambda3"])
+def test_an_error_about_the_data_shows_them_as_they_were_given(what):
+    class Particular:
+        name = "particular"
+
+        def solve(self, problem):
+            value = getattr(problem, what)
+            raise SolverError(what, value=value, must="must be another", remedy="Change it.") from cause
+
+    cause = ArithmeticError("why")
+    problem = Problem([[1e6, 2.0]], [1.0, 2.0], lambda1=0.3, lambda2=0.2, lambda3=0.1)
+    with pytest.raises(SolverError, match=r"must be another; got .*\. Change it\.") as caught:
+        solve(problem, Particular())
+    assert caught.value.value is getattr(problem, what)
+    assert caught.value.__cause__ is cause
+    escalated = solve(problem, Particular(), escalate=True)
+    assert escalated.solver_status == f"failed: {getattr(problem, what)}"
+    with pytest.raises(SolverError, match=r"lambda3 must be 0, or .*; got 0\.1\."):
+        solve(problem, Quadratic())
 
 
 @pytest.mark.parametrize("error", [SolverError("mine", value=1, must="must not fail"), KeyError("foreign")])

@@ -4,6 +4,8 @@ from collections import Counter
 import cvxpy as cp
 import numpy as np
 import pytest
+from cvxpy.reductions.solution import Solution
+from cvxpy.reductions.solvers.solving_chain import SolvingChain
 
 from convexperc.errors import SolverError
 from convexperc.problem.formulation import objective
@@ -151,27 +153,34 @@ def test_a_solver_pickles_without_its_models(used):
 
 @pytest.mark.parametrize("kind", [cp.error.SolverError, ValueError, ZeroDivisionError, OverflowError])
 def test_foreign_failures_become_ours(monkeypatch, kind):
-    def fail(self, **settings):
+    def fail(self, *args, **settings):
         raise kind("it broke")
 
-    monkeypatch.setattr(cp.Problem, "solve", fail)
+    monkeypatch.setattr(cp.Problem, "get_problem_data", fail)
     with pytest.raises(SolverError, match="it broke") as caught:
         Conic().solve(instance(0))
     assert isinstance(caught.value.__cause__, kind), caught.value.__cause__
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
-def test_no_point_is_an_error_even_after_a_success(monkeypatch):
+@pytest.mark.parametrize(
+    ("status", "must"), [(cp.INFEASIBLE, "must return a point"), (cp.SOLVER_ERROR, "must not fail")]
+)
+def test_no_point_is_an_error_even_after_a_success(monkeypatch, status, must):
     conic = Conic()
     conic.solve(instance(0))
-
-    def give_up(self, **settings):
-        for variable in self.variables():
-            variable.save_value(None)
-
-    monkeypatch.setattr(cp.Problem, "solve", give_up)
-    with pytest.raises(SolverError, match="must return a point"):
+    nothing = Solution(status, np.nan, {}, {}, {})
+    monkeypatch.setattr(SolvingChain, "invert", lambda self, raw, inverse: nothing)
+    with pytest.raises(SolverError, match=must) as caught:
         conic.solve(instance(0, o_seed=5))
+    assert caught.value.value == status, caught.value
+
+
+def test_an_answer_does_not_depend_on_what_was_solved_before():
+    conic = Conic()
+    first, other, again = (conic.solve(instance(0, o_seed=seed)) for seed in (1, 2, 1))
+    assert (first.w.tobytes(), first.u.tobytes()) == (again.w.tobytes(), again.u.tobytes())
+    assert first.w.tobytes() != other.w.tobytes()
 
 
 def test_few_iterations_are_an_uncertified_answer_and_no_error():

@@ -1,7 +1,11 @@
 import itertools
+import signal
+from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
+import osqp
 import pytest
 
 from convexperc.errors import SolverError
@@ -103,3 +107,28 @@ def test_the_candidate_has_the_shapes_of_the_problem_and_no_state():
     assert (first.w.shape, first.u.shape) == ((3,), (5,))
     assert first.w.tobytes() == second.w.tobytes()
     assert first.dual is None
+
+
+@pytest.fixture
+def interrupts():
+    """The signals SIGINT that reach Python."""
+    seen: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: seen.append(number))
+    yield seen
+    signal.signal(signal.SIGINT, before)
+
+
+def test_solvers_at_once_leave_the_handler_of_interrupts(interrupts):
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(Quadratic().solve, [instance(seed, (20, 5)) for seed in range(64)]))
+    signal.raise_signal(signal.SIGINT)
+    assert interrupts == [signal.SIGINT]
+
+
+def test_an_interrupt_that_osqp_takes_is_passed_on(interrupts, monkeypatch):
+    info = SimpleNamespace(status_val=osqp.SolverStatus.OSQP_SIGINT, status="interrupted", iter=1)
+    stopped = SimpleNamespace(x=None, info=info)
+    monkeypatch.setattr(osqp.OSQP, "solve", lambda self, **settings: stopped)
+    with pytest.raises(SolverError, match="interrupted"):
+        Quadratic().solve(instance(0))
+    assert interrupts == [signal.SIGINT]

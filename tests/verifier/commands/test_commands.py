@@ -17,6 +17,7 @@ import verification.search.engine
 from convexperc.files import write_json
 from verification.__main__ import app
 from verification.counterexamples.files import catalogue
+from verification.experiments.record.reading import PACKAGED
 from verification.ledger import baseline
 from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import CLAIMS
@@ -184,8 +185,9 @@ def test_a_fault_of_our_own_is_not_called_misuse(monkeypatch, tmp_path):
         raise KeyError("planted")
 
     monkeypatch.setattr(verification.run.stages, "all_arguments", faulty)
-    result = expect(1, run("run", "--claim", "N1", "--jobs", 1, "--out", tmp_path))
-    assert isinstance(result.exception, KeyError), result.exception
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    result = expect(70, run("run", "--claim", "N1", "--jobs", 1, "--out", tmp_path))
+    assert "internal error: KeyError: 'planted'" in result.stderr, result.stderr
 
 
 def test_a_report_is_written_whole_and_says_that_it_is_partial(judged):
@@ -332,6 +334,56 @@ def test_a_file_that_cannot_be_written_is_misuse_before_the_work(command, work, 
     assert command[-1] in result.stderr, result.stderr
     assert "no such folder" in squeezed(result.stderr), result.stderr
     assert not begun
+
+
+def test_what_cannot_be_drawn_ends_with_one_line_that_blames_no_option(monkeypatch, tmp_path):
+    monkeypatch.setenv("MUJOCO_GL", "glfw")
+    result = expect(2, run("experiments", "--out", tmp_path / "new"))
+    assert result.stderr.startswith("error: MUJOCO_GL must be egl, osmesa or unset; got 'glfw'."), (
+        result.stderr
+    )
+    assert len(result.stderr.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr("convexperc.simulation.backends.choose_backend", lambda: "egl")
+    result = expect(2, run("experiments", "--out", tmp_path / "new"))
+    assert result.stderr.splitlines()[-1].startswith("error: MUJOCO_GL must be"), result.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "report --experiments report.md --out .",
+        "report --experiments record.json --evidence junit.xml --out ../here",
+        "report --evidence counterexamples/kept.json --out .",
+        "run --experiments .journal/quick-0.evidence.json --out .",
+        "faults --json a --markdown ./a",
+        "bench --growth --json a.svg --plot a.svg",
+        "replay record.svg --plot link.svg",
+        "campaign --resume begun.json --json .journal/begun.json.jsonl",
+        "experiments --photos photos --out photos/new --no-simulate",
+        "experiments --simulation photos --case-study photos --out new --cache photos/car",
+        "experiments --photos new/sheets --out new --no-simulate",
+    ],
+)
+def test_an_output_is_never_an_input_or_another_output(arguments, tmp_path, monkeypatch):
+    folder = tmp_path / "here"
+    for name in ("counterexamples", ".journal", "photos/car", "new/sheets"):
+        (folder / name).mkdir(parents=True)
+    for name in ("report.md", "junit.xml", "counterexamples/kept.json", ".journal/quick-0.evidence.json"):
+        (folder / name).write_text("mine")
+    (folder / "record.json").write_bytes(PACKAGED.read_bytes())
+    record = next(each for each in catalogue() if each.id == "rise-absolute-jacobi")
+    write_json(folder / "record.svg", record.as_json())
+    (folder / "link.svg").symlink_to("record.svg")
+    monkeypatch.chdir(folder)
+    if "campaign" in arguments:
+        expect(0, run("campaign", "--random", 1, "--degenerate", 1, "--json", "begun.json"))
+    before = {path: path.is_dir() or path.read_bytes() for path in tmp_path.rglob("*")}
+    result = expect(2, run(*arguments.split()))
+    text = squeezed(result.stderr)
+    assert re.search("must (be another file than|neither contain|not lie in)", text), result.stderr
+    assert result.stdout == ""
+    assert {path: path.is_dir() or path.read_bytes() for path in tmp_path.rglob("*")} == before
 
 
 def test_a_report_is_not_half_written(judged, tmp_path):

@@ -17,10 +17,10 @@ from verification.problems.families import (
     FAMILIES,
     ORDINARY_DEGENERATE,
     RANDOM,
-    SUMMARIES,
     seeded,
 )
 from verification.problems.strategies import degenerate_problems, problems, random_problems
+from verification.problems.summaries import SUMMARIES
 
 TRIES = range(25)
 
@@ -81,6 +81,7 @@ def test_the_groups_cover_all_families_once() -> None:
     groups = [*RANDOM, *ORDINARY_DEGENERATE, *EXTREME]
     assert sorted(groups) == sorted(FAMILIES), (groups, list(FAMILIES))
     assert len(DEGENERATE) == len(ORDINARY_DEGENERATE) + len(EXTREME), list(DEGENERATE)
+    assert list(SUMMARIES) == list(FAMILIES)
     assert all(SUMMARIES.values()), SUMMARIES
 
 

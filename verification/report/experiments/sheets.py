@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-import matplotlib as mpl
 import numpy as np
 from jaxtyping import UInt8
 from matplotlib.axes import Axes
@@ -16,6 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from convexperc.errors import FileFormatError
+from convexperc.report.canvas import settings
 from verification.ledger.surveys import DECIDING
 from verification.report.drawing import COLORS, INK, QUIET, STYLE
 
@@ -184,7 +184,7 @@ def _references(folder: _Folder) -> Picture:
 
 
 def _drawn(draw: Callable[[Figure], None], height: float) -> Picture:
-    with mpl.rc_context(STYLE):
+    with settings(STYLE):
         figure = Figure(figsize=(WIDE, height), dpi=DOTS, layout="constrained", facecolor="white")
         canvas = FigureCanvasAgg(figure)
         draw(figure)
