@@ -19,6 +19,7 @@ import numpy as np
 DECIDING = (
     "numpy",
     "scipy",
+    "scikit-image",
     "opencv-python-headless",
     "pillow",
     "clarabel",

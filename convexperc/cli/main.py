@@ -1,6 +1,6 @@
 """The command line: options in, tables out, no mathematics.
 
-NumPy, OpenCV, Numba, Matplotlib and CVXPY take seconds to load. The packages import them lazily, when
+NumPy, OpenCV, scikit-image, Matplotlib and CVXPY take seconds to load. The packages import them lazily, when
 a command needs them, so that ``--help`` answers at once.
 """
 

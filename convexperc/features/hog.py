@@ -3,11 +3,13 @@
 from typing import no_type_check
 
 import numpy as np
+import skimage.feature
 from jaxtyping import Float
-from numba import njit
+from numpy.typing import NDArray
 
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.pictures import GrayPicture
+from convexperc.kernels.kernel import Kernel
 
 BAND = 2**18
 """Pixels whose gradients are held at a time, about, but at least one row of cells; it limits the memory."""
@@ -15,6 +17,8 @@ EPSILON = 1e-5
 """Added to the sum of a block (L1), or in its square to the sum of squares (L2), against division by 0."""
 CLIPPED = 0.2
 """L2-Hys cuts the entries of a block of length 1 at this value, and divides by the length again."""
+SECONDS = 8e-8
+"""What scikit-image takes for a pixel, about."""
 
 
 def hog_descriptor(gray: GrayPicture, configuration: FeatureConfiguration) -> Float[np.ndarray, " hog"]:
@@ -38,12 +42,33 @@ def hog_descriptor(gray: GrayPicture, configuration: FeatureConfiguration) -> Fl
 
     Notes
     -----
-    The values are those of scikit-image's ``hog``, whose operations are done in the same order: a cell is
-    summed in single precision, row by row, all else is double precision.
+    The values are those of scikit-image's ``hog``, also where machine code does the same operations in the
+    same order. A cell is summed in single precision, row by row, all else is double precision.
 
     Source: N. Dalal and B. Triggs, Histograms of oriented gradients for human detection, CVPR 2005.
     Paper: Section IV
     """
+    if summing_kernel.replaces(SECONDS * gray.size):
+        return _by_machine_code(gray, configuration)
+    return _by_scikit_image(gray, configuration)
+
+
+def _by_scikit_image(gray: GrayPicture, configuration: FeatureConfiguration) -> Float[np.ndarray, " hog"]:
+    descriptor = skimage.feature.hog(
+        gray,
+        orientations=configuration.hog_orientations,
+        pixels_per_cell=configuration.hog_pixels_per_cell,
+        cells_per_block=configuration.hog_cells_per_block,
+        block_norm=configuration.hog_block_norm,
+        visualize=False,
+        transform_sqrt=configuration.hog_transform_sqrt,
+        feature_vector=True,
+        channel_axis=None,
+    )
+    return np.asarray(descriptor, dtype=np.float64)
+
+
+def _by_machine_code(gray: GrayPicture, configuration: FeatureConfiguration) -> Float[np.ndarray, " hog"]:
     cells = _cells(gray, configuration)
     blocks = np.lib.stride_tricks.sliding_window_view(cells, configuration.hog_cells_per_block, axis=(0, 1))
     rows = np.moveaxis(blocks, 2, 4).reshape(blocks.shape[0] * blocks.shape[1], -1)
@@ -59,7 +84,7 @@ def _cells(gray: GrayPicture, configuration: FeatureConfiguration) -> Float[np.n
         band = sums[top : top + step]
         down, across = _gradient(gray, top * height, (top + band.shape[0]) * height, configuration)
         degrees = np.rad2deg(np.arctan2(down, across))
-        _accumulate(np.hypot(across, down), degrees, height, width, 180.0 / bins, band)
+        summing_kernel.compiled(np.hypot(across, down), degrees, height, width, 180.0 / bins, band)
     return (sums / np.float32(height * width)).astype(np.float64)
 
 
@@ -80,8 +105,7 @@ def _gradient(
 
 
 @no_type_check
-@njit(cache=True, nogil=True, error_model="numpy")
-def _accumulate(magnitudes, degrees, height, width, step, sums):
+def add_magnitudes(magnitudes, degrees, height, width, step, sums):
     """Add each pixel's magnitude to the bin of its direction, of `step` degrees, in its cell.
 
     `sums` (cells down, cells across, bins) are in single precision. The directions are from -180 to 180
@@ -105,6 +129,20 @@ def _accumulate(magnitudes, degrees, height, width, step, sums):
                     b += 1
                 if b < bins:
                     cell[b] = np.float32(np.float64(cell[b]) + magnitudes[y, x])
+
+
+def _interpreted_seconds(magnitudes: NDArray[np.float64], *rest: object) -> float:
+    """About what `add_magnitudes` takes interpreted."""
+    return 2e-6 * magnitudes.size
+
+
+summing_kernel = Kernel(
+    add_magnitudes,
+    _interpreted_seconds,
+    compile_seconds=0.4,
+    smallest=(np.zeros((1, 1)), np.zeros((1, 1)), 1, 1, 180.0, np.zeros((1, 1, 1), np.float32)),
+)
+"""`add_magnitudes`, which replaces scikit-image where it is compiled."""
 
 
 def _normalised(blocks: Float[np.ndarray, "blocks k"], norm: str) -> Float[np.ndarray, "blocks k"]:

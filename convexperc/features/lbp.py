@@ -4,16 +4,20 @@ import math
 from typing import no_type_check
 
 import numpy as np
+import skimage.feature
 from jaxtyping import Float, Int, Integer, UInt8, UInt32
-from numba import njit
+from numpy.typing import NDArray
 
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.pictures import GrayPicture
+from convexperc.kernels.kernel import Kernel
 
 BAND = 2**15
 """Pixels whose patterns are computed before they are counted, about; it limits the memory."""
 PLACES = 5
 """Decimals to which the positions on the circle are rounded."""
+SECONDS = 7e-9
+"""What scikit-image takes for a pixel and a neighbour, about."""
 
 Patterns = UInt32[np.ndarray, "rows columns"]
 """Bit i of an entry is that of the i-th neighbour."""
@@ -39,25 +43,46 @@ def lbp_histogram(gray: GrayPicture, configuration: FeatureConfiguration) -> Flo
 
     Notes
     -----
-    The counts are those of scikit-image's ``local_binary_pattern``: positions are rounded to five decimals,
-    and the same operations in double precision are done in the same order. Where an interpolated neighbour
-    equals the centre but for rounding, as in all flat areas, rounding determines the bit.
+    The counts are those of scikit-image's ``local_binary_pattern``, also where machine code does the same
+    operations in the same order, in double precision, at positions rounded to five decimals. Where an
+    interpolated neighbour equals the centre but for rounding, as in all flat areas, rounding determines the
+    bit.
 
     Source: T. Ojala, M. Pietikäinen and D. Harwood, Performance evaluation of texture measures, ICPR
     1994; uniform codes by T. Ojala, M. Pietikäinen and T. Mäenpää, 2002.
     Paper: Section IV
     """
+    if comparing_kernel.replaces(SECONDS * gray.size * configuration.lbp_points):
+        counts = _by_machine_code(gray, configuration)
+    else:
+        counts = _by_scikit_image(gray, configuration)
+    return counts.astype(np.float64)
+
+
+def _by_scikit_image(gray: GrayPicture, configuration: FeatureConfiguration) -> Int[np.ndarray, " lbp"]:
+    codes = skimage.feature.local_binary_pattern(  # type: ignore[no-untyped-call]
+        gray,
+        P=configuration.lbp_points,
+        R=configuration.lbp_radius,
+        method=configuration.lbp_method,
+    )
+    margin = configuration.lbp_margin
+    inner = codes[margin:-margin, margin:-margin].astype(np.int64)
+    return np.bincount(inner.ravel(), minlength=configuration.lbp_bins)
+
+
+def _by_machine_code(gray: GrayPicture, configuration: FeatureConfiguration) -> Int[np.ndarray, " lbp"]:
     height, width = gray.shape
-    margin, down, right = configuration.lbp_margin, *_circle(configuration)
-    rows = max(BAND // width, 2 * margin)
+    margin, (down, right) = configuration.lbp_margin, _circle(configuration)
+    rows, columns = max(BAND // width, 2 * margin), width - 2 * margin
     counts = np.zeros(configuration.lbp_bins, dtype=np.int64)
     for top in range(margin, height - margin, rows):
         end = min(top + rows, height - margin)
         values = np.ascontiguousarray(gray[top - margin : end + margin], dtype=np.float64)
-        patterns = np.zeros((end - top, width - 2 * margin), dtype=np.uint32)
-        _compare(values, top - margin, down, right, patterns)
+        patterns = np.zeros((end - top, columns), dtype=np.uint32)
+        comparing_kernel.compiled(values, top - margin, down, right, np.empty(columns), patterns)
         counts += np.bincount(_codes(patterns, configuration).ravel(), minlength=counts.size)
-    return counts.astype(np.float64)
+    return counts
 
 
 def _circle(configuration: FeatureConfiguration) -> tuple[Float[np.ndarray, " P"], Float[np.ndarray, " P"]]:
@@ -110,41 +135,55 @@ def _trailing_zeros(patterns: Patterns) -> Int[np.ndarray, "rows columns"]:
 
 
 @no_type_check
-@njit(cache=True, nogil=True, error_model="numpy")
-def _compare(values, first, down, right, patterns):
+def compare(values, first, down, right, share, patterns):
     """Set bit i of `patterns` (rows, columns), all zero before, where neighbour i >= the centre.
 
     `values` are the gray values of the rows of a picture from `first` on, with a margin on all sides that
-    holds all neighbours. As in scikit-image, the shares of the four pixels around a position are those of
-    the rounded sum of the pixel's place in the picture and the offset.
+    holds all neighbours; `share` (columns) is working memory. As in scikit-image, the shares of the four
+    pixels around a position are those of the rounded sum of the pixel's place in the picture and the offset.
     """
     rows, columns = patterns.shape
     margin = (values.shape[0] - rows) // 2
-    share = np.empty(columns)
     for i in range(down.size):
         for k in range(columns):
             place = (margin + k) + right[i]
-            share[k] = place - np.floor(place)
+            share[k] = place - math.floor(place)
         left = margin + math.floor(right[i])
         beside = left + (1 if share[0] > 0.0 else 0)
         for j in range(rows):
             place = (first + margin + j) + down[i]
-            drop = place - np.floor(place)
+            drop = place - math.floor(place)
             above = margin + j + math.floor(down[i])
             below = above + (1 if drop > 0.0 else 0)
             corners = (
                 values[above, left : left + columns], values[above, beside : beside + columns],
                 values[below, left : left + columns], values[below, beside : beside + columns],
             )  # fmt: skip
-            _set_bit(i, values[margin + j, margin : margin + columns], corners, share, drop, patterns[j])
+            set_bit(i, values[margin + j, margin : margin + columns], corners, share, drop, patterns[j])
 
 
 @no_type_check
-@njit(cache=True, nogil=True, error_model="numpy")
-def _set_bit(i, centres, corners, share, drop, patterns):
+def set_bit(i, centres, corners, share, drop, patterns):
     """Set bit i of the patterns of a row where the value between the four corners is >= the centre."""
     bit, rest = np.uint32(1 << i), 1.0 - drop
+    upper_left, upper_right, lower_left, lower_right = corners
     for k in range(centres.size):
-        upper = (1.0 - share[k]) * corners[0][k] + share[k] * corners[1][k]
-        lower = (1.0 - share[k]) * corners[2][k] + share[k] * corners[3][k]
+        upper = (1.0 - share[k]) * upper_left[k] + share[k] * upper_right[k]
+        lower = (1.0 - share[k]) * lower_left[k] + share[k] * lower_right[k]
         patterns[k] |= bit if rest * upper + drop * lower >= centres[k] else np.uint32(0)
+
+
+def _interpreted_seconds(
+    values: NDArray[np.float64], first: int, down: NDArray[np.float64], *rest: object
+) -> float:
+    """About what `compare` takes interpreted."""
+    return 2e-6 * values.size * down.size
+
+
+comparing_kernel = Kernel(
+    compare,
+    _interpreted_seconds,
+    compile_seconds=0.5,
+    smallest=(np.zeros((3, 3)), 0, np.zeros(1), np.zeros(1), np.zeros(1), np.zeros((1, 1), np.uint32)),
+)
+"""`compare`, which replaces scikit-image where it is compiled."""

@@ -2,13 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from typing import Any
 
 import numpy as np
+from skimage.feature import local_binary_pattern
 
 from convexperc.features import color, extraction, hog, lbp
 from convexperc.features import pictures as images
-from verification.faults.fault import Fault, Plant, everywhere, replaced, wrapped
+from convexperc.kernels.kernel import Kernel
+from verification.faults.fault import Fault, Plant, everywhere, replaced, together, wrapped
+
+skimage_hog, skimage_lbp = (import_module(f"skimage.feature.{name}") for name in ("_hog", "texture"))
+"""Where scikit-image computes; `skimage.feature` has functions of these names."""
 
 
 def _configured(module: Any, name: str, **values: Callable[[Any], Any]) -> Plant:
@@ -22,16 +28,24 @@ def _configured(module: Any, name: str, **values: Callable[[Any], Any]) -> Plant
     return replaced(module, name, describe)
 
 
-def _with_one_neighbour_more(gray: Any, configuration: Any) -> Any:
-    """The histogram of P + 1 neighbours, cut to the length of that of P."""
-    points, uniform = configuration.lbp_points + 1, configuration.lbp_method == "uniform"
-    more = replace(configuration, lbp_points=points, lbp_bins=points + 2 if uniform else 2**points)
-    return PATTERNS(gray, more)[: configuration.lbp_bins]
+def _patterns(
+    gray: Any, configuration: Any, *, points: int = 0, radius: float = 0.0, rim: bool = True, levels: int = 1
+) -> Any:
+    """The histogram of patterns with other points, radius, rim or levels of gray."""
+    codes = local_binary_pattern(  # type: ignore[no-untyped-call]
+        gray // levels,
+        P=configuration.lbp_points + points,
+        R=configuration.lbp_radius + radius,
+        method=configuration.lbp_method,
+    )
+    margin = configuration.lbp_margin if rim else 0
+    inner = codes[margin : codes.shape[0] - margin, margin : codes.shape[1] - margin].astype(np.int64)
+    counts = np.bincount(inner.ravel(), minlength=configuration.lbp_bins)[: configuration.lbp_bins]
+    return counts.astype(np.float64)
 
 
-def _with_the_rim(gray: Any, configuration: Any) -> Any:
-    """The histogram of all pixels, in front of black."""
-    return PATTERNS(np.pad(gray, configuration.lbp_margin), configuration)
+def _described(**changes: Any) -> Plant:
+    return replaced(lbp, "lbp_histogram", lambda gray, settings: _patterns(gray, settings, **changes))
 
 
 def _brighter(image: Any) -> Any:
@@ -56,19 +70,29 @@ def _rows_doubled(found: Any, *arguments: Any) -> Any:
     return 2.0 * found[0], found[1]
 
 
-HISTOGRAM, PATTERNS, COMPARE = color.color_histogram, lbp.lbp_histogram, lbp._compare
+BY_SCIKIT_IMAGE = replaced(Kernel, "replaces", lambda kernel, seconds: False)
+"""Machine code, which gives the same bits, would not show what is wrong in the library."""
+
+
+def _of_the_negative(setter: Any) -> None:
+    """Codes of the negative: a bit is 1 where a neighbour is no brighter, inside of scikit-image."""
+    original = skimage_lbp._local_binary_pattern
+    setter.setattr(skimage_lbp, "_local_binary_pattern", lambda image, *a: original(-image, *a))
+
+
+HISTOGRAM = color.color_histogram
 
 PICTURE = (
     Fault(
-        "HOG with one half of the gradient doubled",
+        "the image library doubles one half of the gradient",
         "B5/hog",
-        wrapped(hog, "_gradient", _rows_doubled),
+        together(BY_SCIKIT_IMAGE, wrapped(skimage_hog, "_hog_channel_gradient", _rows_doubled)),
         may=("B5/partition",),
     ),
     Fault(
-        "LBP with neighbours compared the wrong way round",
+        "the image library compares the wrong way round",
         "B5/lbp",
-        replaced(lbp, "_compare", lambda values, *rest: COMPARE(-values, *rest)),
+        together(BY_SCIKIT_IMAGE, _of_the_negative),
     ),
     Fault(
         "red and blue exchanged",
@@ -106,25 +130,25 @@ PICTURE = (
     Fault(
         "LBP of gray values in 16 levels",
         "B5/lbp",
-        replaced(lbp, "lbp_histogram", lambda gray, settings: PATTERNS(gray // 16, settings)),
+        _described(levels=16),
         may=("B5/partition",),
     ),
     Fault(
         "LBP with a radius one larger",
         "B5/lbp",
-        _configured(lbp, "lbp_histogram", lbp_radius=lambda c: c.lbp_radius + 1.0),
+        _described(radius=1.0),
         may=("B5/partition",),
     ),
     Fault(
         "LBP with one neighbour more",
         "B5/lbp",
-        replaced(lbp, "lbp_histogram", _with_one_neighbour_more),
+        _described(points=1),
         may=("B5/partition",),
     ),
     Fault(
         "LBP with the rim of the picture",
         "B5/lbp",
-        replaced(lbp, "lbp_histogram", _with_the_rim),
+        _described(rim=False),
         may=("B5/partition",),
     ),
     Fault(

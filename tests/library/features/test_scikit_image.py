@@ -1,4 +1,4 @@
-"""LBP and HOG are those of scikit-image, to the last bit."""
+"""LBP and HOG by machine code are those of scikit-image, to the last bit."""
 
 import numpy as np
 import pytest
@@ -9,9 +9,20 @@ from skimage.feature import hog, local_binary_pattern
 from convexperc.features import FeatureConfiguration, resize, to_gray
 from convexperc.features import hog as shape
 from convexperc.features import lbp as texture
+from convexperc.kernels.kernel import CHOICE_VARIABLE
 from convexperc.recognition.sample import sample_scene
 
 DEFAULT = FeatureConfiguration()
+KERNELS = (texture.comparing_kernel, shape.summing_kernel)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def machine_code():
+    """Machine code for all work."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(CHOICE_VARIABLE, "compiled")
+        assert all(kernel.replaces(0.0) for kernel in KERNELS)
+        yield
 
 
 def patterns_by_scikit_image(gray, configuration):
@@ -74,6 +85,31 @@ def test_every_configuration_gives_the_values_of_scikit_image(gray, record):
     assert not differences(np.ascontiguousarray(fitted), configuration), record
 
 
+@given(gray=gray_views(high=16), record=records())
+@settings(deadline=None, max_examples=25)
+def test_the_interpreted_kernels_give_the_values_of_scikit_image(gray, record):
+    with pytest.MonkeyPatch.context() as patch:
+        for kernel in KERNELS:
+            patch.setattr(kernel, "compiled", kernel.interpreted)
+        configuration = FeatureConfiguration.from_dict(record)
+        fitted = resize(np.dstack([gray] * 3), configuration.working_size)[..., 0]
+        assert not differences(np.ascontiguousarray(fitted), configuration), record
+
+
+def test_little_work_is_done_by_scikit_image_and_much_by_machine_code(monkeypatch):
+    monkeypatch.delenv(CHOICE_VARIABLE)
+    gray, found = PICTURES["dots"], []
+    for module, describe in ((texture, texture.lbp_histogram), (shape, shape.hog_descriptor)):
+        for name in ("_by_scikit_image", "_by_machine_code"):
+            monkeypatch.setattr(module, name, lambda g, c, name=name: found.append(name) or np.zeros(1))
+        kernel = texture.comparing_kernel if module is texture else shape.summing_kernel
+        monkeypatch.setattr(kernel, "_machine_code", None)
+        for spent in (0.0, 60.0):
+            monkeypatch.setattr(kernel, "_spent", spent)
+            describe(gray, DEFAULT)
+    assert found == ["_by_scikit_image", "_by_machine_code"] * 2
+
+
 @pytest.mark.parametrize("name", PICTURES)
 def test_flat_areas_edges_and_noise_give_the_values_of_scikit_image(name):
     for method, bins in (("uniform", 26), ("nri_uniform", 24 * 23 + 3)):
@@ -94,7 +130,7 @@ def test_a_direction_at_the_edge_of_a_bin_belongs_to_the_bin_above():
         edges = np.array([[step * b for b in range(bins)]])
         for degrees in (edges, np.nextafter(edges[:, 1:], 0.0)):
             sums = np.zeros((1, 1, bins), np.float32)
-            shape._accumulate(np.ones(degrees.shape), degrees, 1, degrees.shape[1], step, sums)
+            shape.summing_kernel.compiled(np.ones(degrees.shape), degrees, 1, degrees.shape[1], step, sums)
             assert (sums[0, 0, : degrees.shape[1]] == 1.0).all(), (bins, sums)
 
 
