@@ -4,9 +4,11 @@ from .extraction import extract, normalise, raw_blocks, unit_length
 from .hog import hog_descriptor
 from .lbp import lbp_histogram
 from .pictures import as_rgb, list_images, read_image, resize, to_gray
+from .recent import RecentFeatures
 
 __all__ = [
     "FeatureConfiguration",
+    "RecentFeatures",
     "as_rgb",
     "color_histogram",
     "extract",

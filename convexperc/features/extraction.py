@@ -1,6 +1,8 @@
 """The matrix of feature vectors: one row for each view, one block of columns for each modality."""
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
@@ -10,11 +12,23 @@ from convexperc.features.color import color_histogram
 from convexperc.features.configuration import UNIT_LENGTH, UNIT_SUM, UNIT_VIEW, FeatureConfiguration
 from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
-from convexperc.features.pictures import as_rgb, resize, to_gray
+from convexperc.features.parallel import available_cores, side_by_side
+from convexperc.features.pictures import Picture, Pictures, as_rgb, resize, to_gray
+from convexperc.features.recent import RecentFeatures, Row
+
+BATCH = 2**26
+"""Bytes of 8-bit pictures that are held at a time, or one picture."""
+COST = 16
+"""Of a pixel at the working size, which is described, in pixels as given, which are resized; about."""
+LARGE = 2**18
+"""Cost of a picture from which on threads pay, where there are four or as much work as in four: about a
+millisecond. With less to do each, they wait longer for the interpreter than they save."""
 
 
-def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Float[np.ndarray, "n d"]:
-    """Describe each view by its colour, shape and texture.
+def extract(
+    images: Iterable[object], configuration: FeatureConfiguration, *, recent: RecentFeatures | None = None
+) -> Float[np.ndarray, "n d"]:
+    """Describe each view by its colour, shape and texture, several side by side on all cores.
 
     A picture is resized to the working size; R, G, B give the colour histogram, the gray values
     (`to_gray`) give HOG and LBP. The columns of each modality are ``configuration.modality_sizes``,
@@ -26,6 +40,9 @@ def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Fl
         n >= 1 pictures of any sizes, gray, RGB or RGB and alpha (see `as_rgb`).
     configuration : FeatureConfiguration
         The parameters of the features.
+    recent : RecentFeatures, optional
+        Pictures that it has from the call before are not described again, and it keeps those of this one, the
+        last 64 MiB of them (`BATCH`). The result does not depend on it.
 
     Returns
     -------
@@ -49,7 +66,11 @@ def extract(images: Iterable[object], configuration: FeatureConfiguration) -> Fl
         raise FeatureError(
             "images", value=images.shape, must="must be several pictures, not one", remedy=remedy
         )
-    rows = [_describe(image, f"images[{i}]", configuration) for i, image in enumerate(images)]
+    pictures = (as_rgb(image, f"images[{i}]") for i, image in enumerate(images))
+    describe = partial(_describe_all, configuration=configuration)
+    rows: list[Row] = []
+    for batch in _batches(pictures):
+        rows += describe(batch) if recent is None else recent.rows(batch, configuration, describe)
     if not rows:
         raise FeatureError("images", value=rows, must="must hold at least one picture")
     matrix = np.stack(rows)
@@ -102,13 +123,7 @@ def raw_blocks(
     ImageError
         The picture cannot be used.
     """
-    picture = resize(as_rgb(image, name), configuration.working_size)
-    gray = to_gray(picture)
-    return {
-        "color": color_histogram(picture, configuration),
-        "hog": hog_descriptor(gray, configuration),
-        "lbp": lbp_histogram(gray, configuration),
-    }
+    return _blocks(as_rgb(image, name), configuration)
 
 
 def normalise(blocks: Mapping[str, Float[np.ndarray, " _"]], normalisation: str) -> Float[np.ndarray, " d"]:
@@ -134,5 +149,37 @@ def normalise(blocks: Mapping[str, Float[np.ndarray, " _"]], normalisation: str)
     return unit_length(row) if normalisation == UNIT_VIEW else row
 
 
-def _describe(image: object, name: str, configuration: FeatureConfiguration) -> Float[np.ndarray, " d"]:
-    return normalise(raw_blocks(image, configuration, name), configuration.normalisation)
+def _batches(pictures: Iterable[Picture]) -> Iterator[Pictures]:
+    batch: Pictures = []
+    held = 0
+    for picture in pictures:
+        if batch and held + picture.nbytes > BATCH:
+            yield batch
+            batch, held = [], 0
+        batch.append(picture)
+        held += picture.nbytes
+    if batch:
+        yield batch
+
+
+def _describe_all(pictures: Pictures, configuration: FeatureConfiguration) -> list[Row]:
+    given = sum(picture.size // 3 for picture in pictures)
+    cost = given + COST * len(pictures) * math.prod(configuration.working_size)
+    workers = available_cores() if cost >= LARGE * max(len(pictures), 4) else 1
+    return side_by_side(partial(_describe, configuration=configuration), pictures, workers)
+
+
+def _describe(picture: Picture, configuration: FeatureConfiguration) -> Row:
+    row = normalise(_blocks(picture, configuration), configuration.normalisation)
+    row.flags.writeable = False
+    return row
+
+
+def _blocks(picture: Picture, configuration: FeatureConfiguration) -> dict[str, Float[np.ndarray, " _"]]:
+    small = resize(picture, configuration.working_size)
+    gray = to_gray(small)
+    return {
+        "color": color_histogram(small, configuration),
+        "hog": hog_descriptor(gray, configuration),
+        "lbp": lbp_histogram(gray, configuration),
+    }

@@ -14,6 +14,8 @@ from convexperc.errors import ImageError
 from convexperc.features.decoding import MAX_BYTES, check_size, decode
 
 Picture = UInt8[np.ndarray, "h w 3"]
+Pictures = list[UInt8[np.ndarray, "_ _ 3"]]
+"""Each has its own size."""
 GrayPicture = UInt8[np.ndarray, "h w"]
 
 SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp"})

@@ -24,10 +24,11 @@ from convexperc.kernels.identity import called
 from convexperc.kernels.routines import Routine
 
 ADDRESS = numba_types.intp
-OUTER = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
+OUTER = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "_nrt": False}
 INNER = {**OUTER, "no_cpython_wrapper": True}
 """Options of a kernel, which is called from Python, and of what it calls. Kernels allocate nothing; without
-Numba's counting of references to arrays they take less than half the time."""
+Numba's counting of references to arrays they take less than half the time. They run without the interpreter's
+lock: all that they touch is that of their caller."""
 
 
 @dataclass(frozen=True)

@@ -24,15 +24,24 @@ CHOICE_VARIABLE = "CONVEXPERC_KERNELS"
 """Environment variable: ``interpreted`` or ``compiled`` for all work; anything else leaves the choice."""
 LOAD_SECONDS = 1.0
 """What importing Numba and loading machine code takes, about."""
+LOAD_MORE_SECONDS = 0.05
+"""What loading machine code takes after that of another kernel, at most."""
+COMPILING = "convexperc.kernels.compiling"
+"""The module that imports Numba."""
 WITHOUT_NUMBA = (
-    "many or large problems take long because the solver is interpreted; with Numba it is compiled: "
+    "many or large problems or pictures take several times as long as with Numba, which compiles the work: "
     "pip install 'convexperc[fast]'"
 )
+_LOCK = threading.RLock()
+"""Held while a kernel is made: kernels share the copies of what they call, which must be complete."""
 
 
 @dataclass(eq=False)
 class Kernel:
     """A function of numbers and arrays of one type each; calling it calls the function.
+
+    Threads may call it at once. Machine code runs without the interpreter's lock, so that they run side by
+    side; while one of them loads or compiles, others that want machine code wait.
 
     Attributes
     ----------
@@ -42,15 +51,17 @@ class Kernel:
         What one call takes interpreted, about; its arguments are those of `function`.
     compile_seconds : float
         What compiling it takes, about.
+    smallest : tuple
+        Arguments of little work, with which the kernel is made if it `replaces` a library.
     """
 
     function: Callable[..., Any]
     seconds: Callable[..., float]
     compile_seconds: float
+    smallest: tuple[Any, ...] = ()
     _machine_code: Callable[..., Any] | None = field(default=None, init=False, repr=False)
     _spent: float = field(default=0.0, init=False, repr=False)
     _demanded: bool = field(default=False, init=False, repr=False)
-    _lock: Any = field(default_factory=threading.RLock, init=False, repr=False)
 
     def __call__(self, *given: Any) -> Any:
         """Call the function, in the form that pays."""
@@ -59,6 +70,25 @@ class Kernel:
         if self._pays(self._spent + self.seconds(*given)):
             return self.compiled(*given)
         return self.interpreted(*given)
+
+    def replaces(self, seconds: float) -> bool:
+        """Whether to use machine code where a library does the same work in so many seconds.
+
+        They stand for those that the function would take interpreted, and count as spent if the library is to
+        be used. Otherwise the machine code is there when this returns, and `compiled` calls it; interpreted,
+        the function would be far slower than the library.
+
+        Raises
+        ------
+        MissingExtraError
+            Machine code is asked for, and Numba is not installed.
+        """
+        if self._machine_code is None:
+            if not self._pays(self._spent + seconds):
+                self._spent += seconds
+                return False
+            self.compiled(*self.smallest)
+        return self._machine_code != self.interpreted
 
     def interpreted(self, *given: Any) -> Any:
         """Call the function in the interpreter."""
@@ -81,7 +111,7 @@ class Kernel:
         """
         if self._machine_code is None:
             require("numba", "fast", "machine code")
-            with self._lock:
+            with _LOCK:
                 if self._machine_code is None:
                     return self._first(given)
         return self._machine_code(*given)
@@ -116,7 +146,7 @@ class Kernel:
         choice = os.environ.get(CHOICE_VARIABLE)
         if choice in ("interpreted", "compiled"):
             return choice == "compiled"
-        if seconds < LOAD_SECONDS:
+        if seconds < (LOAD_MORE_SECONDS if COMPILING in sys.modules else LOAD_SECONDS):
             return False
         if not installed("numba"):
             if seconds > self.compile_seconds:

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Unpack
 
@@ -13,6 +13,7 @@ from convexperc.errors import ImageError, InputError
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.extraction import extract
 from convexperc.features.pictures import list_images, read_image
+from convexperc.features.recent import RecentFeatures
 from convexperc.problem.library import TemplateLibrary
 from convexperc.recognition.label import Options, recognize
 from convexperc.recognition.recognition import Recognition
@@ -31,10 +32,13 @@ class References:
         At least two objects; column j of its O describes the object ``names[j]``.
     configuration : FeatureConfiguration
         How the library was made, and how the views will be described.
+    recent : RecentFeatures
+        The views of the last call of `perceive`: one whose pixels have not changed is not described again.
     """
 
     library: TemplateLibrary
     configuration: FeatureConfiguration
+    recent: RecentFeatures = field(default_factory=RecentFeatures, repr=False)
 
     @classmethod
     def of(cls, pictures: NamedPictures, configuration: FeatureConfiguration) -> "References":
@@ -106,6 +110,7 @@ def perceive(
     views : mapping of str to uint8 (h, w, 3)
         Each robot's name and picture; one view is enough.
     references : References
+        Its `recent` keeps these views and their features until the next call.
     lambda1, lambda2, lambda3, start, **options
         See `recognize`.
 
@@ -121,7 +126,7 @@ def perceive(
         See `recognize`.
     """
     return recognize(
-        extract(views.values(), references.configuration),
+        extract(views.values(), references.configuration, recent=references.recent),
         references.library,
         lambda1=lambda1,
         lambda2=lambda2,

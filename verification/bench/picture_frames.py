@@ -82,7 +82,7 @@ class PictureTimes:
 def picture_times(
     repeat: int, lambdas: Lambdas = LAMBDAS[0], clock: Clock = time.perf_counter
 ) -> PictureTimes:
-    """Time a first frame and `repeat` further ones, with OpenCV on one thread.
+    """Time a first frame and `repeat` further ones, on the cores of the process, with OpenCV on one thread.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def picture_times(
         At least 1.
     lambdas : tuple of float
     clock : callable
-        Gives seconds; `time.process_time` where the machine is shared.
+        Gives seconds; `time.process_time`, where the machine is shared, counts those of all threads.
 
     Returns
     -------

@@ -1,8 +1,12 @@
 """Which form a kernel takes, and where its machine code is kept."""
 
 import os
+import threading
+import time
 import types
 import warnings
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +15,10 @@ import pytest
 
 from convexperc import errors
 from convexperc.errors import MissingExtraError, SlowWarning
+from convexperc.kernels import compiling, machine_code
 from convexperc.kernels import kernel as kernel_module
-from convexperc.kernels import machine_code
 from convexperc.kernels.identity import digest
-from convexperc.kernels.kernel import LOAD_SECONDS, Kernel
+from convexperc.kernels.kernel import LOAD_MORE_SECONDS, LOAD_SECONDS, Kernel
 
 FACTOR = 2.0
 
@@ -27,6 +31,15 @@ def _outer(x: float) -> float:
     return _inner(x) + 1.0
 
 
+def _until_stopped(seen: np.ndarray, most: int) -> int:
+    """Count, marking all entries but the first, until somebody else marks that."""
+    count = 0
+    while count < most and seen[0] == 0.0:
+        seen[1 + count % (seen.size - 1)] = 1.0
+        count += 1
+    return count
+
+
 def new(seconds: float = 0.0, compile_seconds: float = 5.0) -> Kernel:
     return Kernel(_outer, lambda x: seconds, compile_seconds)
 
@@ -36,6 +49,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of its own for machine code, and no choice made by the caller."""
     monkeypatch.setenv(machine_code.FOLDER_VARIABLE, str(tmp_path / "cache"))
     monkeypatch.delenv(kernel_module.CHOICE_VARIABLE, raising=False)
+    monkeypatch.setattr(kernel_module, "COMPILING", "not.imported")
     errors.warn_once.cache_clear()
     return tmp_path / "cache"
 
@@ -56,6 +70,110 @@ def test_what_is_compiled_already_is_loaded_sooner(folder: Path) -> None:
     assert len(list(folder.iterdir())) == 1
     assert form(new(0.9 * LOAD_SECONDS)) == "interpreted"
     assert form(new(1.1 * LOAD_SECONDS)) == "compiled"
+
+
+def test_after_another_kernel_it_is_loaded_sooner_still(monkeypatch: pytest.MonkeyPatch) -> None:
+    new().compiled(3.0)
+    monkeypatch.setattr(kernel_module, "COMPILING", "convexperc.kernels.compiling")
+    assert form(new(0.9 * LOAD_MORE_SECONDS)) == "interpreted"
+    assert form(new(1.1 * LOAD_MORE_SECONDS)) == "compiled"
+    assert form(Kernel(made("x + 3.0"), lambda x: 4.9, 5.0)) == "interpreted"
+
+
+def replacing(function: Any = _outer, compile_seconds: float = 5.0) -> Kernel:
+    return Kernel(function, lambda x: 1e9, compile_seconds, smallest=(0.0,))
+
+
+def test_it_replaces_a_library_once_that_has_taken_as_long_as_compiling() -> None:
+    kernel = replacing()
+    assert [kernel.replaces(seconds) for seconds in (2.0, 2.9, 0.0, 0.2, 0.0)] == [
+        False,
+        False,
+        False,
+        True,
+        True,
+    ]
+    assert kernel.compiled(3.0) == 7.0
+
+
+def test_machine_code_that_exists_replaces_a_library_sooner() -> None:
+    new().compiled(3.0)
+    kernel = replacing()
+    assert [kernel.replaces(0.4 * LOAD_SECONDS) for _ in range(4)] == [False, False, True, True]
+
+
+@pytest.mark.parametrize("choice", ["interpreted", "compiled"])
+def test_the_environment_decides_what_replaces_a_library(
+    choice: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(kernel_module.CHOICE_VARIABLE, choice)
+    assert replacing().replaces(1e9 if choice == "interpreted" else 0.0) is (choice == "compiled")
+
+
+def test_without_numba_nothing_replaces_a_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernel_module, "installed", lambda module: False)
+    kernel = replacing()
+    assert not kernel.replaces(4.9)
+    with pytest.warns(SlowWarning, match=r"convexperc\[fast\]"):
+        assert not kernel.replaces(0.2)
+
+
+def test_a_function_that_cannot_be_compiled_replaces_no_library() -> None:
+    calls = []
+    kernel = replacing(calls.append, 1.0)
+    with pytest.warns(SlowWarning, match="stays interpreted"):
+        assert not kernel.replaces(1.1)
+    assert not kernel.replaces(1e9)
+    assert calls == [0.0]
+
+
+def in_threads(work: Callable[[int], Any], count: int = 8) -> list[Any]:
+    """What threads that begin at once return."""
+    barrier = threading.Barrier(count)
+
+    def each(k: int) -> Any:
+        barrier.wait(60.0)
+        return work(k)
+
+    with ThreadPoolExecutor(count) as pool:
+        return list(pool.map(each, range(count)))
+
+
+def test_threads_that_call_a_kernel_at_once_compile_it_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel, made_of = new(1e9), []
+    original = compiling.dispatcher
+    monkeypatch.setattr(compiling, "dispatcher", lambda *given: made_of.append(given) or original(*given))
+    assert in_threads(lambda k: [kernel(float(k)) for _ in range(50)]) == [
+        [2.0 * k + 1.0] * 50 for k in range(8)
+    ]
+    assert len(made_of) == 1
+
+
+def test_kernels_that_share_what_they_call_may_be_compiled_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    inner, original = made(), compiling.called
+
+    def called(function: Any) -> Any:
+        time.sleep(0.02)  # time for another thread to find a copy whose names do not yet stand for copies
+        return original(function)
+
+    monkeypatch.setattr(compiling, "called", called)
+    kernels = [Kernel(calling(inner, f"inner(x) + {k}.0"), lambda x: 1e9, 1.0) for k in range(4)]
+    assert in_threads(lambda k: kernels[k](3.0), 4) == [7.0 + k for k in range(4)]
+
+
+def test_machine_code_runs_without_the_lock_of_the_interpreter() -> None:
+    kernel, seen, most = Kernel(_until_stopped, lambda seen, most: 1e9, 1.0), np.zeros(3), 2**30
+    assert kernel(np.zeros(3), 1) == 1
+
+    def stop() -> None:
+        while not seen.any():
+            time.sleep(1e-3)
+        seen[0] = 1.0
+
+    stopping = threading.Thread(target=stop)
+    stopping.start()
+    assert kernel(seen, most) < most
+    stopping.join()
 
 
 def test_interpreted_seconds_add_up() -> None:
@@ -160,6 +278,13 @@ def made(inner: str = "2.0 * x", summand: Any = 1.0, comment: str = "") -> Any:
     module = types.ModuleType("made")
     module.__dict__["SUMMAND"] = summand
     exec(comment + CODE.format(inner=inner), module.__dict__)
+    return module.__dict__["outer"]
+
+
+def calling(inner: Any, outer: str) -> Any:
+    module = types.ModuleType("calling")
+    module.__dict__["inner"] = inner
+    exec(f"def outer(x):\n    return {outer}\n", module.__dict__)
     return module.__dict__["outer"]
 
 

@@ -7,19 +7,30 @@ import numpy as np
 from convexperc.certificate.lasso import lasso_bounding_kernel
 from convexperc.certificate.reduced import bounding_kernel
 from convexperc.errors import require
+from convexperc.features.configuration import FeatureConfiguration
+from convexperc.features.extraction import extract
+from convexperc.features.hog import summing_kernel
+from convexperc.features.lbp import comparing_kernel
 from convexperc.kernels import machine_code
 from convexperc.solution.batch import solve_many
 from convexperc.solvers.newton.loop import newton_kernel
 from convexperc.solvers.newton.subproblem import lasso_kernel
 
-KERNELS = (newton_kernel, lasso_kernel, bounding_kernel, lasso_bounding_kernel)
+KERNELS = (
+    newton_kernel,
+    lasso_kernel,
+    bounding_kernel,
+    lasso_bounding_kernel,
+    comparing_kernel,
+    summing_kernel,
+)
 
 
 def warm() -> tuple[Path, ...]:
     """Load the machine code of all kernels into this process; what is not there yet is compiled and kept.
 
-    Without it they are interpreted until that has taken as long as this would take: about a second where the
-    machine code exists, about 15 seconds where it does not.
+    Without it, the solver is interpreted, and scikit-image describes the pictures, until that has taken as
+    long as this would take: about a second where the machine code exists, about 15 seconds where it does not.
 
     Returns
     -------
@@ -34,6 +45,7 @@ def warm() -> tuple[Path, ...]:
     require("numba", "fast", "machine code")
     for kernel in KERNELS:
         kernel.demand()
+    extract([np.zeros((16, 16, 3), dtype=np.uint8)], FeatureConfiguration())
     X = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])
     for lambda1 in (0.1, 0.0):
         solve_many(X, X.T, lambda1=lambda1, lambda2=0.1, lambda3=0.1, modalities=[1, 2])
