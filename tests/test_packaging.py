@@ -33,9 +33,6 @@ NEEDS_AN_EXTRA = {
 }
 """Modules of the library that cannot be imported without an extra, and why."""
 
-BROUGHT = {"llvmlite": "Numba's own, in the one version that it asks for"}
-"""Modules that the library imports although it does not name their distribution, and why."""
-
 WITHOUT = """
 import json, sys
 
@@ -153,7 +150,7 @@ def test_every_module_of_the_library_is_imported_without_an_extra(python):
 
 def test_what_the_library_imports_is_named_as_what_it_needs():
     """OSQP happens to bring joblib and Jinja2: what others bring may go with them."""
-    known = modules_of(named(PROJECT["dependencies"]).keys()) | OWN | BROUGHT.keys() | sys.stdlib_module_names
+    known = modules_of(named(PROJECT["dependencies"]).keys()) | OWN | sys.stdlib_module_names
     strangers = {}
     for file in sorted((ROOT / "convexperc").rglob("*.py")):
         name = ".".join(file.relative_to(ROOT).with_suffix("").parts)

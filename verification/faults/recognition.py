@@ -10,7 +10,7 @@ from convexperc.enclosure.enclosure import enclose
 from convexperc.recognition import label as recognizing
 from convexperc.recognition import pruning
 from convexperc.recognition.recognition import Recognition, Verdict
-from verification.faults.fault import Fault, Plant, replaced, wrapped
+from verification.faults.fault import Fault, Plant, replaced, together, wrapped
 from verification.faults.solvers import called_again
 
 
@@ -70,6 +70,11 @@ def _equal_excluded(bounds: Any, *arguments: Any) -> Any:
     return lower, upper
 
 
+def _nothing_doubtful(*arguments: Any) -> Any:
+    """No template is left over."""
+    return np.empty(0, dtype=np.int64)
+
+
 def _narrowed_by_first_entry(found: Any) -> Any:
     """Rivals narrowed once for all that have the same first entry."""
     if found.verdict is not Verdict.UNDECIDED:
@@ -102,7 +107,7 @@ LABEL = (
     Fault(
         "pruning gives up a template whose bound equals the best one",
         "R1/separated",
-        together(replaced(pruning, "MARGIN", -1e-3), wrapped(pruning, "_costs", _equal_excluded)),
+        together(replaced(pruning, "MARGIN", -0.5), replaced(pruning, "_doubtful", _nothing_doubtful)),
     ),
     Fault(
         "overlapping rivals with the interval of another with the same first entry",
