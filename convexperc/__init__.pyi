@@ -11,7 +11,16 @@ from .enclosure import Enclosure, enclose
 from .errors import ConvexpercError
 from .features import FeatureConfiguration, extract
 from .problem import Modalities, Penalties, Problem, TemplateLibrary, optimality_residual
-from .recognition import Recognition, References, Verdict, decided_by, perceive, recognize, recognize_path
+from .recognition import (
+    Recognition,
+    References,
+    Verdict,
+    decided_by,
+    perceive,
+    recognize,
+    recognize_path,
+    warm,
+)
 from .solution import (
     Answers,
     Solution,
@@ -59,6 +68,7 @@ __all__ = [
     "solve",
     "solve_many",
     "solve_path",
+    "warm",
     "weight_intervals",
 ]
 __version__: str

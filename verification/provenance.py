@@ -47,6 +47,7 @@ SOLVING = tuple(
         "errors.py",
         "faces.py",
         "files.py",
+        "kernels",
     )
 )
 RECOGNIZING = (*SOLVING, "convexperc/features", "convexperc/recognition")

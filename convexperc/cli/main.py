@@ -5,6 +5,7 @@ a command needs them, so that ``--help`` answers at once.
 """
 
 import os
+import time
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,7 +21,6 @@ from convexperc.cli.progress import working
 from convexperc.errors import escaped
 from convexperc.files import check_apart, check_place, json_bytes, write_atomic
 
-FIRST_RUN = "working; the first run of an installation compiles, half a minute"
 # Shown below the help of every command.
 EPILOG = (
     "Exit codes: 0 proved; 1 not proved (solve, certify: the answer is not certified; recognize: the answer"
@@ -125,7 +125,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         raise typer.BadParameter("give --references and --views, or --sample (and optionally --scene)")
     if (references is None) != (views is None):
         raise typer.BadParameter("--references and --views go together")
-    with working(FIRST_RUN):
+    with working("working"):
         kind = None if figure is None else report.picture_kind(figure)
         read = {"--references": references, "--views": views, "--configuration": configuration}
         _check_outputs({"--json": json, "--picture": figure}, read)
@@ -180,7 +180,7 @@ def solve(
     ] = None,
 ) -> bool:
     """Run ``convexperc solve``."""
-    with working(FIRST_RUN):
+    with working("working"):
         _check_outputs({"--json": json, "--proof": proof}, {"PROBLEM": problem})
         asked = problems.read_problem(problem)
         if solver is SolverName.QP and not solvers.is_quadratic(asked.problem):
@@ -211,7 +211,7 @@ def certify(
     json: Json = None,
 ) -> bool:
     """Run ``convexperc certify``."""
-    with working(FIRST_RUN):
+    with working("working"):
         _check_outputs({"--json": json}, {"PROBLEM": problem, "ANSWER": answer})
         asked = problems.read_problem(problem)
         point = problems.read_answer(answer, asked)
@@ -227,6 +227,28 @@ def certify(
     worst = f"largest residual {residual.worst:.3g}; not a proof: it is discontinuous where a weight is 0"
     tables.show_facts(out, "Certificate", [*tables.certificate_facts(found), ("KKT", worst)])
     return found.certified
+
+
+WARM_HELP = (
+    "Compile ahead of time what is otherwise compiled once that pays (needs the extra fast).\n\n"
+    "The machine code is kept beside the package, or in the user's cache folder if that cannot be written; "
+    "CONVEXPERC_CACHE_DIR names another folder."
+)
+
+
+@app.command(help=WARM_HELP)
+@exits
+def warm() -> bool:
+    """Run ``convexperc warm``."""
+    began = time.perf_counter()
+    with working("compiling"):
+        places = recognition.warm()
+    if not places:
+        return False  # a warning has said that no folder can be written
+    folders = sorted({str(path.parent) for path in places})
+    took = time.perf_counter() - began
+    typer.echo(f"machine code of {len(places)} kernels in {escaped(', '.join(folders))}, {took:.1f} s")
+    return True
 
 
 def _pictures(

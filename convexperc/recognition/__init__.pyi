@@ -3,6 +3,7 @@ from .label import Options, decide, decided_by, recognize, recognize_path
 from .recognition import Ranked, Recognition, Template, Verdict
 from .references import NamedPictures, References, perceive, read_pictures
 from .sample import SampleScene, sample_names, sample_scene
+from .warming import warm
 
 __all__ = [
     "Decision",
@@ -22,4 +23,5 @@ __all__ = [
     "recognize_path",
     "sample_names",
     "sample_scene",
+    "warm",
 ]

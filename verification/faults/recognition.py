@@ -102,7 +102,7 @@ LABEL = (
     Fault(
         "pruning gives up a template whose bound equals the best one",
         "R1/separated",
-        wrapped(pruning, "_costs", _equal_excluded),
+        together(replaced(pruning, "MARGIN", -1e-3), wrapped(pruning, "_costs", _equal_excluded)),
     ),
     Fault(
         "overlapping rivals with the interval of another with the same first entry",

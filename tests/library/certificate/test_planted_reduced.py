@@ -249,8 +249,8 @@ def test_every_mutant_is_caught(name: str) -> None:
 def test_a_negative_t_is_refused() -> None:
     """The bounds take t >= 0: a negative norm would lower F."""
     lambdas, w, q = np.array([1.0, 0.1, 0.1]), np.array([0.5, 0.0]), np.array([0.2, -0.1])
-    in_range = reduced_bounds.in_range
-    assert in_range(lambdas, w, np.array([0.0, 2.0]), q)
+    case = reduced_bounds.Case(np.ones(2), 1.0, lambdas, w, np.array([0.0, 2.0]), q)
+    assert reduced_bounds.in_range(case)
+    assert reduced_bounds.in_range(case._replace(q=np.array([-2.0, 0.0])))
     for wrong in (-1e-300, -2.0, np.nan, np.inf, 2.0**101):
-        assert not in_range(lambdas, w, np.array([0.0, wrong]), q), wrong
-        assert in_range(lambdas, w, np.array([0.0, 2.0]), np.array([-2.0, 0.0]))
+        assert not reduced_bounds.in_range(case._replace(t=np.array([0.0, wrong]))), wrong

@@ -341,7 +341,8 @@ def test_the_command_writes_the_record(tmp_path: Path) -> None:
 def test_misuse_is_told(
     options: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    result = RUNNER.invoke(app, ["experiments", *options])
+    (tmp_path / "pictures").mkdir()
+    monkeypatch.chdir(tmp_path / "pictures")
+    result = RUNNER.invoke(app, ["experiments", *options, "--out", "../out"])
     assert result.exit_code == 2, result.output
     assert message in " ".join(result.output.replace("│", " ").split()), result.output

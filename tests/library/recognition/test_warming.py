@@ -10,7 +10,7 @@ warnings.simplefilter("error")
 import numpy as np
 from convexperc.features import lbp, FeatureConfiguration, extract
 from convexperc.kernels.kernel import Kernel
-from convexperc.recognition.warm import KERNELS, warm
+from convexperc.recognition.warming import KERNELS, warm
 
 assert "numba" not in sys.modules and "skimage.feature._hog" not in sys.modules
 paths = warm()
