@@ -11,6 +11,7 @@ import numpy as np
 from convexperc.problem.reduction import Reduction
 from convexperc.recognition.label import recognize
 from convexperc.recognition.recognition import Recognition, Verdict
+from convexperc.recognition.warming import warm
 from convexperc.solvers.newton.method import Newton
 from verification.bench.instances import LAMBDAS, Instance, Lambdas, Shape
 
@@ -30,7 +31,7 @@ class FrameTimes:
     floor : float
         The Gram matrices and X O alone.
     recognition : tuple of float
-        From X and O to the proved label with its w and u, for each choice of the lambdas.
+        From X and a library made once to the proved label with its w and u, for each choice of the lambdas.
     labelled : int
         Choices of the lambdas whose label is proved.
     full : tuple of int
@@ -76,7 +77,8 @@ class Growth:
 
 
 def frame_times(instance: Instance, repeat: int) -> FrameTimes:
-    """Time the floor and the recognition; a first call of each is not counted."""
+    """Time the floor and the recognition, by machine code; a first call of each is not counted."""
+    warm()
     found = [_summary(instance, lambdas) for lambdas in LAMBDAS]
     floor = timed(partial(_floor, instance), repeat)
     whole = tuple(timed(partial(_recognised, instance, lambdas), repeat) for lambdas in LAMBDAS)
@@ -84,7 +86,8 @@ def frame_times(instance: Instance, repeat: int) -> FrameTimes:
 
 
 def growth(repeat: int) -> list[Growth]:
-    """Grow n, d, m and p in turn from `BASE`."""
+    """Grow n, d, m and p in turn from `BASE`, by machine code."""
+    warm()
     found = []
     for size, values in STEPS.items():
         floors, solves = [], []
@@ -142,7 +145,6 @@ def _summary(instance: Instance, lambdas: Lambdas) -> tuple[bool, int]:
 
 def _recognised(instance: Instance, lambdas: Lambdas) -> Recognition:
     one, two, three = lambdas
-    parts = instance.modalities
-    found = recognize(instance.X, instance.O, lambda1=one, lambda2=two, lambda3=three, modalities=parts)
+    found = recognize(instance.X, instance.library, lambda1=one, lambda2=two, lambda3=three)
     _ = found.template().w, found.template().u
     return found

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from convexperc.problem.arrays import Matrix, Vector
+from convexperc.problem.library import TemplateLibrary
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.problem import Problem
 from convexperc.problem.reduction import Reduction
@@ -138,6 +139,11 @@ class Instance:
             mix, noise = rng.dirichlet(np.ones(chosen.size)) @ X[chosen], rng.random(shape.d)
             row[:] = mix + NOISE * np.linalg.norm(mix) / np.linalg.norm(noise) * noise
         return cls(shape, X, _unit(templates, modalities).T, modalities)
+
+    @cached_property
+    def library(self) -> TemplateLibrary:
+        """The templates, checked and measured once."""
+        return TemplateLibrary(self.O, modalities=self.modalities)
 
     @cached_property
     def C(self) -> Float[np.ndarray, "p n"]:  # noqa: N802 - a matrix

@@ -21,6 +21,7 @@ from convexperc.recognition.label import recognize
 from convexperc.recognition.recognition import Verdict
 from convexperc.recognition.references import NamedPictures, References, perceive
 from convexperc.recognition.sample import sample_scene
+from convexperc.recognition.warming import warm
 from verification.bench.instances import LAMBDAS, Lambdas
 
 SIZE = (240, 320)
@@ -45,7 +46,7 @@ class PictureTimes:
     preparation : float
         The references described, once.
     frames : tuple of float
-        Each whole frame, pictures to label. In a new process the first one also loads compiled code.
+        Each whole frame, pictures to label, by machine code that is loaded before.
     extractions, recognitions : tuple of float
         The two stages of each frame, timed apart after it.
     proved : int
@@ -98,6 +99,7 @@ def picture_times(
     """
     weights: dict[str, Any] = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True))
     configuration = FeatureConfiguration()
+    warm()
     known, frames, extractions, recognitions, proved = eight_references(), [], [], [], 0
     with one_opencv_thread():
         preparation, references = _timed(lambda: References.of(known, configuration), clock)

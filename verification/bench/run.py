@@ -24,6 +24,7 @@ from typing import Any
 
 from convexperc.certificate.certificate import certify
 from convexperc.errors import SolverError
+from convexperc.recognition.warming import warm
 from verification.bench.floor import FrameTimes, frame_times
 from verification.bench.instances import LAMBDAS, TINY, Instance, Lambdas, Shape
 from verification.bench.peers import PEERS, Peer
@@ -164,6 +165,8 @@ def measure(peer: Peer, shape: Shape, bounds: Bounds, templates: int, repeat: in
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         start = time.perf_counter()
+        if issubclass(peer.kind, Ours):
+            warm()
         peer.kind(Instance.of(TINY), LAMBDAS[0], peer.ladder[0]).run([0])
         send("first_call", time.perf_counter() - start)
         instance = Instance.of(shape)
