@@ -214,7 +214,8 @@ def test_gram_matrices_are_made_once_for_all_templates_that_fall_back(monkeypatc
     assert len(made) <= 1, f"{len(made)} times for {len(O.T)} templates"
 
 
-def test_solve_copies_x_once():
+def test_solve_copies_x_once(monkeypatch):
+    monkeypatch.setenv("CONVEXPERC_KERNELS", "interpreted")  # machine code is not to be loaded meanwhile
     rng = np.random.default_rng(3)
     X = 3.0 * rng.random((100, 8000))
     problem = Problem(X, X[0] + rng.random(8000), modalities=[4000, 4000], **LAMBDAS)
