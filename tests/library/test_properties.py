@@ -30,6 +30,14 @@ from verification.problems.families import EXTREME, FAMILIES, seeded
 from verification.problems.strategies import degenerate_problems, problems, random_problems
 
 REFERENCE = Conic()
+LOOSE = Problem(
+    [[-1.5, 0.5, 0, 1, 0], [1, -2.5, 1, 2.5, 0.5], [0, 0, 2.5, 0.5, 0], [2, -2, 0, 0.5, 0]],
+    [-3.75, 1.25, 0, 2.5625, 0],
+    lambda1=0.1,
+    lambda2=0.001,
+    lambda3=0.001,
+)
+"""Clarabel's "optimal" point of this one is off by 1.9e-9 of F*, which is not certified without escalation."""
 ORDINARY = st.sampled_from([name for name in FAMILIES if name not in EXTREME]).flatmap(problems)
 NORMAL = st.sampled_from([name for name in FAMILIES if name not in {*EXTREME, "subnormal_entries"}]).flatmap(
     problems
@@ -153,8 +161,9 @@ def test_powers_of_two_change_nothing_but_the_units(problem: Problem, x: int, t:
 
 @settings(max_examples=8)
 @given(problem=random_problems())
+@example(problem=LOOSE)
 def test_the_corrected_algorithm_reaches_the_reference_unless_it_locks(problem: Problem) -> None:
-    solution = solve(problem, REFERENCE)
+    solution = solve(problem, REFERENCE, escalate=True)
     assert solution.status is Status.CERTIFIED, (problem, problem.X, problem.o, solution.certificate)
     trace = run(problem, variant=CORRECTED, max_iterations=3000, tolerance=1e-12)
     assert trace.F[-1] >= solution.certificate.lower * (1 - 1e-12), (
