@@ -37,7 +37,7 @@ LOOSE = Problem(
     lambda2=0.001,
     lambda3=0.001,
 )
-"""Clarabel's "optimal" point of this one is off by 1.9e-9 of F*, which is not certified without escalation."""
+"""Clarabel's "optimal" point is off by 1.9e-9 of F* here, which is not certified without escalation."""
 ORDINARY = st.sampled_from([name for name in FAMILIES if name not in EXTREME]).flatmap(problems)
 NORMAL = st.sampled_from([name for name in FAMILIES if name not in {*EXTREME, "subnormal_entries"}]).flatmap(
     problems
