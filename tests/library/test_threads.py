@@ -94,7 +94,7 @@ def test_the_precision_of_the_caller_outlives_any_end(own_precision, monkeypatch
     with pytest.raises(kind):
         enclose(Problem([[1.0]], [1.0], lambda1=1, lambda2=0.5, lambda3=0.25))
     assert flint.ctx.prec == own_precision
-    with ThreadPoolExecutor(1) as pool:  # which would wait for ever if this thread still held the balls
+    with ThreadPoolExecutor(1) as pool:  # which would never end if this thread still held the lock
         assert pool.submit(bits_inside, 99).result() == 99
     assert flint.ctx.prec == own_precision
 

@@ -1,6 +1,7 @@
 """Interpreted and compiled kernels give the same bits."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from convexperc.certificate.lasso import lasso_bounding_kernel
 from convexperc.certificate.reduced import bounding_kernel
 from convexperc.kernels.kernel import Kernel
+from convexperc.kernels.machine_code import FOLDER_VARIABLE
 from convexperc.solution.batch import solve_many
 from convexperc.solvers.newton.loop import newton_kernel
 from convexperc.solvers.newton.subproblem import lasso_kernel
@@ -75,7 +77,10 @@ def _fused(x: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize(("function", "same"), [(_summed, True), (_fused, False)])
-def test_another_order_of_summation_would_be_seen(function: Callable[..., Any], *, same: bool) -> None:
+def test_another_order_of_summation_would_be_seen(
+    function: Callable[..., Any], *, same: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
     kernel = Kernel(_summed, lambda x: 0.0, 1.0)
     rows = np.random.default_rng(0).random((50, 100))
     equal = [kernel.compiled(x) == function(x) for x in rows]
