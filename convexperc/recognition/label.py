@@ -123,7 +123,8 @@ def recognize(
     views : sequence of n str, optional
         Names of the robots; ``robot 1`` ... without.
     start : Recognition, optional
-        An earlier one, with as many robots, modalities and templates.
+        An earlier one, with as many robots, modalities and templates. With the same `TemplateLibrary`, views
+        that have not changed since are not multiplied again.
     **options
         ``decision``, ``prune``, ``solver``, ``escalate``, ``relative_tolerance``, ``absolute_tolerance``:
         see `Options`.
@@ -151,9 +152,10 @@ def recognize(
         raise StartError(
             "start", value=type(start).__name__, must=must, remedy="Pass what recognize returned."
         )
-    bounds = _bounds(X, references, modalities, names)
+    answers = None if start is None else start.answers
+    bounds = _bounds(X, references, modalities, names, answers)
     robots = _robots(views, bounds.data.n)
-    return _recognised(bounds, penalties, robots, settings, None if start is None else start.answers)
+    return _recognised(bounds, penalties, robots, settings, answers)
 
 
 def recognize_path(
@@ -193,10 +195,13 @@ def recognize_path(
         yield _recognised(bounds, Penalties.of(triple), robots, settings, None)
 
 
-def _bounds(X: Any, references: Any, modalities: Any, names: Sequence[str] | None) -> DataBounds:
-    """The data, read once, with bounds of their rounding."""
+def _bounds(
+    X: Any, references: Any, modalities: Any, names: Sequence[str] | None, start: Answers | None = None
+) -> DataBounds:
+    """The data, read once, with bounds of their rounding; what an earlier answer knows is kept."""
+    earlier = None if start is None else start.data
     with np.errstate(all="ignore"):  # what overflows is bounded by infinity
-        return DataBounds.of(ReducedData.of(X, references, modalities, names=names))
+        return DataBounds.of(ReducedData.of(X, references, modalities, names=names, earlier=earlier))
 
 
 @np.errstate(all="ignore")

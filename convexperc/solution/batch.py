@@ -98,11 +98,6 @@ class BatchSolver:
         return self.bounds.data
 
     def _start_from(self, start: Answers) -> None:
-        if not isinstance(start, Answers):
-            must = "must be earlier Answers"
-            raise StartError(
-                "start", value=type(start).__name__, must=must, remedy="Pass what solve_many returned."
-            )
         sizes = self.reduced.W.shape, self.reduced.T.shape
         if (start.w.shape, start.modality_norms.shape) != sizes:
             must = f"must be answers of (p, n) = {sizes[0]} and (p, m) = {sizes[1]}"
@@ -263,6 +258,7 @@ def solve_many(
     modalities : see `Modalities.of`; those of the library without
     start : Answers, optional
         Earlier answers to as many templates, robots and modalities: to earlier views, or for other lambdas.
+        With the same `TemplateLibrary`, rows of X that have not changed are not multiplied again.
     relative_tolerance, absolute_tolerance : float
         See `convexperc.certificate.Tolerances`.
 
@@ -277,7 +273,13 @@ def solve_many(
     ToleranceError, StartError
         See `Tolerances`; `start` is of another size.
     """
-    bounds = DataBounds.of(ReducedData.of(X, O, modalities))
+    if start is not None and not isinstance(start, Answers):
+        must = "must be earlier Answers"
+        raise StartError(
+            "start", value=type(start).__name__, must=must, remedy="Pass what solve_many returned."
+        )
+    earlier = None if start is None else start.data
+    bounds = DataBounds.of(ReducedData.of(X, O, modalities, earlier=earlier))
     penalties = Penalties(lambda1, lambda2, lambda3)
     batch = BatchSolver.of(bounds, penalties, Tolerances(relative_tolerance, absolute_tolerance), start)
     batch.finish()
