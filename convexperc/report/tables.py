@@ -142,8 +142,9 @@ def certificate_facts(found: "Certificate") -> list[tuple[str, str]]:
 
 
 def solver_status(solution: "Solution") -> str:
-    """Return the solver's name and status; the certificate does not use the status."""
-    return f"{solution.solver}; solver status (not used): {solution.solver_status}"
+    """Return the solver's name and status, which the certificate does not use, and why no more is proved."""
+    said = f"{solution.solver}; solver status (not used): {solution.solver_status}"
+    return f"{said}; {solution.reason}" if solution.reason else said
 
 
 def below(value: float, digits: int = 12) -> str:

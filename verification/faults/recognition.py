@@ -70,7 +70,7 @@ def _equal_excluded(bounds: Any, *arguments: Any) -> Any:
     return lower, upper
 
 
-def _narrowed_by_first_entry(found: Any) -> Any:
+def _narrowed_by_first_entry(found: Any, budget: Any) -> Any:
     """Rivals narrowed once for all that have the same first entry."""
     if found.verdict is not Verdict.UNDECIDED:
         return found
