@@ -23,7 +23,7 @@ CHECK = {check.name: check for check in CHECKS}
 NAMES = list(CHECK)
 REFEREE = CHECK["answer"]
 """Every one of its problems goes to the exact referee."""
-DATA = ("problem", "arrays", "modalities", "penalties", "views", "reduction")
+DATA = ("problem", "arrays", "conversion", "modalities", "penalties", "views", "reduction")
 """Modules of `convexperc.problem` that hold the data and compute nothing that a claim is about."""
 
 
