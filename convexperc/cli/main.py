@@ -54,6 +54,11 @@ class DecisionName(StrEnum):
 
 
 Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the full record as JSON.")]
+Seconds = Annotated[
+    float, typer.Option(metavar="S", help="Budget in seconds for ball arithmetic and exact numbers; or inf.")
+]
+BUDGET = 60.0
+"""`convexperc.enclosure.budget.SECONDS`, which is not loaded for ``--help``."""
 Problem = Annotated[Path, typer.Argument(metavar="PROBLEM", help="Problem file (JSON).")]
 
 
@@ -107,6 +112,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     configuration: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")
     ] = None,
+    seconds: Seconds = BUDGET,
 ) -> bool:
     """Recognise the object that all views show.
 
@@ -130,7 +136,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         prepared = recognition.References.of(known, chosen)
         found = recognition.perceive(
             seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
-            decision=decide.value.replace("-", " "),
+            decision=decide.value.replace("-", " "), seconds=seconds,
         )  # fmt: skip
     if json is not None:
         _write(json, report.recognition_record(found, chosen))
@@ -169,6 +175,7 @@ def solve(
             help="Write a proof of the bounds of F* (JSON), which can be checked without this program.",
         ),
     ] = None,
+    seconds: Seconds = BUDGET,
 ) -> bool:
     """Solve a problem file and certify the answer."""
     with working(FIRST_RUN):
@@ -178,8 +185,8 @@ def solve(
         asked = problems.read_problem(problem)
         if solver is SolverName.QP and not solvers.is_quadratic(asked.problem):
             raise typer.BadParameter("qp needs lambda3 = 0 or one-column modalities; use --solver conic")
-        answer = solution.solve(asked.problem, _solver(solver), escalate=escalate)
-        proved = None if proof is None else report.proof_record(answer)
+        answer = solution.solve(asked.problem, _solver(solver), escalate=escalate, seconds=seconds)
+        proved = None if proof is None else report.proof_record(answer, seconds=seconds)
     if json is not None:
         _write(json, report.solution_record(answer), asked.id)
     if proof is not None and proved is not None:
@@ -189,7 +196,10 @@ def solve(
     out.print(tables.problem_line(asked.problem, asked.id))
     tables.show_blocks(out, asked.problem, answer.w, answer.u, found)
     status = "solver", tables.solver_status(answer)
-    tables.show_facts(out, "Certificate", [*tables.certificate_facts(found), status])
+    facts = [*tables.certificate_facts(found), status]
+    if proved is not None:
+        facts.append(("proof file", tables.claim(proved)))
+    tables.show_facts(out, "Certificate", facts)
     return found.certified
 
 
