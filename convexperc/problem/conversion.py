@@ -118,6 +118,8 @@ def exact_float(value: Any) -> float | None:
         An integer beyond float64.
     """
     number = float(value)
+    if isinstance(value, float):
+        return number
     if isinstance(value, (int, np.integer)):
         return number if int(value) == number else None
     if isinstance(value, np.floating):
