@@ -95,7 +95,7 @@ class ReducedData:
             library = TemplateLibrary.for_views(templates, names, views.modalities)
         rows = EVERY if earlier is None else _new_rows(earlier, views, library)
         if earlier is not None and rows is not EVERY:
-            views.__dict__["reduction"] = earlier.views.reduction.replaced(views.X, rows)
+            views.__dict__["reduction"] = earlier.views.reduction.replaced(views.X, np.asarray(rows))
         reduction = views.reduction
         x, usable = _exponent(reduction)
         C = _products(reduction, library, rows)
