@@ -92,6 +92,10 @@ class PrecisionError(InputError):
     """A number of bits cannot be used."""
 
 
+class BudgetError(InputError):
+    """A budget is not a number of seconds > 0."""
+
+
 class DecisionError(InputError):
     """There is no decision rule of that name."""
 

@@ -24,11 +24,15 @@ READ_COST = 1000
 """Reading a float as an integer takes as long as so many products modulo a prime (0.4 us against 0.4 ns)."""
 ECHELON_COST = 40
 """Words that FLINT's exact echelon form multiplies for each of (n - r) r^3 entries; measured: 9 to 75."""
+PRODUCTS_PER_SECOND = 1_000_000_000
+"""Products of machine words in a second: each takes 0.4 to 1.5 ns."""
+LONGER = 4
+"""Solving with M'M costs so many times as much as with B B': its entries are twice as long."""
 WORK_LIMIT = 800_000_000
 """Products of machine words that one exact computation may cost, beyond which nothing is proved.
 
-They take 0.4 to 1.5 ns: 0.1 s for 60 x 500 floats of one size, 0.9 s for 150 x 600, and 0.5 s for 30 x 60
-floats from 1e-300 to 1e150, which make integers of 1600 bits.
+They take about a second at most: 0.1 s for 60 x 500 floats of one size, 0.9 s for 150 x 600, and 0.5 s for
+30 x 60 floats from 1e-300 to 1e150, which make integers of 1600 bits.
 """
 
 Integers = NDArray[np.object_]
@@ -67,15 +71,16 @@ class RowSpace:
         return cls(A, exponent, _pivots(A.transpose()))
 
     @classmethod
-    def within_limit(cls, X: Matrix) -> "RowSpace | None":
-        """`of`, or None where its worst case is beyond `WORK_LIMIT`."""
+    def within_limit(cls, X: Matrix, limit: float | None = None) -> "RowSpace | None":
+        """`of`, or None where its worst case is beyond so many products; without, beyond `WORK_LIMIT`."""
         n, d = X.shape
-        if n * d * (READ_COST + min(n, d)) > WORK_LIMIT:
+        limit = WORK_LIMIT if limit is None else limit
+        if n * d * (READ_COST + min(n, d)) > limit:
             return None
         whole, exponent = integers(X)
         A = _flint().fmpz_mat(n, d, whole.ravel().tolist())
         rank = _modulo_prime(A).rank()
-        if rank < min(n, d) and ECHELON_COST * (n - rank) * rank**3 * _words(A) > WORK_LIMIT:
+        if rank < min(n, d) and ECHELON_COST * (n - rank) * rank**3 * _words(A) > limit:
             return None
         return cls(A, exponent, _pivots(A.transpose()))
 
@@ -84,11 +89,21 @@ class RowSpace:
         """Of X."""
         return len(self.rows)
 
+    @cached_property
+    def words(self) -> float:
+        """Machine words of the largest entry of A, at least one."""
+        return _words(self.A)
+
+    @property
+    def work(self) -> float:
+        """Products of machine words that solving with B B' costs."""
+        r, d = self.rank, self.A.ncols()
+        return float(r**2 * (r**2 + 2 * d) * self.words**2)
+
     @property
     def solvable(self) -> bool:
-        """Whether solving with B B' is within `WORK_LIMIT`."""
-        r, d = self.rank, self.A.ncols()
-        return bool(r**2 * (r**2 + 2 * d) * _words(self.A) ** 2 <= WORK_LIMIT)
+        """Whether that is within `WORK_LIMIT`."""
+        return self.work <= WORK_LIMIT
 
     @cached_property
     def basis(self) -> Exact:

@@ -56,6 +56,11 @@ class DecisionName(StrEnum):
 
 
 Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the full record as JSON.")]
+Seconds = Annotated[
+    float, typer.Option(metavar="S", help="Budget in seconds for ball arithmetic and exact numbers; or inf.")
+]
+BUDGET = 60.0
+"""`convexperc.enclosure.budget.SECONDS`, which is not loaded for ``--help``."""
 Problem = Annotated[Path, typer.Argument(metavar="PROBLEM", help="Problem file (JSON).")]
 
 
@@ -119,6 +124,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     configuration: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")
     ] = None,
+    seconds: Seconds = BUDGET,
 ) -> bool:
     """Run ``convexperc recognize``."""
     if sample == (references is not None or views is not None) or (scene is not None and not sample):
@@ -136,7 +142,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         prepared = recognition.References.of(known, chosen)
         found = recognition.perceive(
             seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
-            decision=decide.value.replace("-", " "),
+            decision=decide.value.replace("-", " "), seconds=seconds,
         )  # fmt: skip
         content = {} if json is None else {json: json_bytes(report.recognition_record(found, chosen))}
         if figure is not None and kind is not None:
@@ -178,6 +184,7 @@ def solve(
             help="Write a proof of the bounds of F* (JSON), which can be checked without this program.",
         ),
     ] = None,
+    seconds: Seconds = BUDGET,
 ) -> bool:
     """Run ``convexperc solve``."""
     with working("working"):
@@ -185,10 +192,11 @@ def solve(
         asked = problems.read_problem(problem)
         if solver is SolverName.QP and not solvers.is_quadratic(asked.problem):
             raise typer.BadParameter("qp needs lambda3 = 0 or one-column modalities; use --solver conic")
-        answer = solution.solve(asked.problem, _solver(solver), escalate=escalate)
+        answer = solution.solve(asked.problem, _solver(solver), escalate=escalate, seconds=seconds)
         content = {} if json is None else {json: _record(report.solution_record(answer), asked.id)}
-        if proof is not None:
-            content[proof] = json_bytes(report.proof_record(answer))
+        proved = None if proof is None else report.proof_record(answer, seconds=seconds)
+        if proof is not None and proved is not None:
+            content[proof] = json_bytes(proved)
     _write(content)
     tables = report.tables
     out = tables.console()
@@ -196,7 +204,10 @@ def solve(
     out.print(tables.problem_line(asked.problem, asked.id))
     tables.show_blocks(out, asked.problem, answer.w, answer.u, found)
     status = "solver", tables.solver_status(answer)
-    tables.show_facts(out, "Certificate", [*tables.certificate_facts(found), status])
+    facts = [*tables.certificate_facts(found), status]
+    if proved is not None:
+        facts.append(("proof file", tables.claim(proved)))
+    tables.show_facts(out, "Certificate", facts)
     return found.certified
 
 

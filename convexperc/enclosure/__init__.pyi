@@ -1,11 +1,16 @@
-from .enclosure import Enclosure, certify_in_balls, enclose, finite_start
+from .budget import Budget
+from .enclosure import NARROW, certify_in_balls, enclose, enclosed, finite_start
+from .result import Enclosure
 from .witness import Witnesses, witnesses
 
 __all__ = [
+    "NARROW",
+    "Budget",
     "Enclosure",
     "Witnesses",
     "certify_in_balls",
     "enclose",
+    "enclosed",
     "finite_start",
     "witnesses",
 ]

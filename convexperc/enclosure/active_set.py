@@ -18,8 +18,10 @@ from dataclasses import dataclass
 import flint
 import numpy as np
 
-from convexperc.enclosure.balls import Number, Numbers, ReducedBalls, column, dot, midpoint
+from convexperc.enclosure.balls import Number, Numbers, column, dot, matrix_cost, midpoint
+from convexperc.enclosure.budget import OutOfBudget
 from convexperc.enclosure.central_path import Central
+from convexperc.enclosure.reduced import ReducedBalls
 from convexperc.enclosure.smooth import Smooth
 from convexperc.problem.arrays import Vector
 
@@ -64,9 +66,9 @@ class ActiveSetNewton:
         return views + [not weight > 0 for weight in self.t[: len(self.smooth.K)]]
 
     def point(self) -> Central:
-        """Where the steps end, or where a matrix becomes singular in the precision in force."""
+        """Where the steps end: at the budget's end or at a singular matrix, if not before."""
         reached, before = self._here(), None
-        with suppress(ZeroDivisionError):
+        with suppress(ZeroDivisionError, OutOfBudget):
             while self.steps < MAX_STEPS:
                 self.steps += 1
                 gradient, H = self.smooth.derivatives(reached.w, self.state)
@@ -100,6 +102,7 @@ class ActiveSetNewton:
         step = [flint.arb(0)] * len(self.held)
         if not free:
             return step, flint.arb(0)
+        self.smooth.budget.require(matrix_cost(len(free) ** 3 / 3))
         slope = [self._slope(gradient, k) for k in free]
         block = flint.arb_mat([[H[a, b].mid() for b in free] for a in free])
         for a in range(len(free)):  # where the optimum is not unique, the Hessian is singular

@@ -16,7 +16,8 @@ from typing import Any
 
 import flint
 
-from convexperc.enclosure.balls import Number, Numbers, ReducedBalls, column, dot, midpoint
+from convexperc.enclosure.balls import Number, Numbers, column, dot, matrix_cost, midpoint
+from convexperc.enclosure.reduced import ReducedBalls
 from convexperc.enclosure.smooth import Smooth, State
 
 BARRIER_DIVISOR = 12
@@ -103,6 +104,7 @@ class CentralPath:
         for a in range(self.smooth.n):
             if H[a, a] <= 0:
                 H[a, a] = flint.arb(1)
+        self.smooth.budget.require(matrix_cost(len(gradient) ** 3 / 3))
         right = flint.arb_mat(len(gradient), 1, [-v for v in gradient])
         step = midpoint(column(H.solve(right, algorithm="approx")))
         decrement = -dot(gradient, step)

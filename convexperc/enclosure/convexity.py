@@ -7,8 +7,11 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.certificate.rationals import RowSpace, column
-from convexperc.enclosure.balls import ReducedBalls, null_projection
+from convexperc.certificate.rationals import LONGER, RowSpace, column
+from convexperc.enclosure.balls import matrix_cost
+from convexperc.enclosure.budget import Budget
+from convexperc.enclosure.exact_data import null_projection
+from convexperc.enclosure.reduced import ReducedBalls
 from convexperc.problem.problem import Problem
 
 ACCURATE = 8
@@ -39,29 +42,30 @@ class Curvature:
     @classmethod
     def of(cls, problem: Problem, reduced: ReducedBalls, P: list[int]) -> "Curvature | None":
         """Try H = G first, then the exact null space; None where the precision in force is not enough."""
-        every = np.ones(len(P), dtype=bool)
-        inverse = _inverse(principal(reduced.G, P))
+        every, budget = np.ones(len(P), dtype=bool), reduced.budget
+        inverse = _inverse(principal(reduced.G, P), budget)
         if inverse is not None:
             return cls(reduced.G, inverse, every)
         coupled = problem.lambda1 > 0.0
         space = RowSpace.within_limit(problem.X if coupled else problem.X[P])
         if space is None:
             raise RankUnknownError
-        N = null_projection(space)
+        N = null_projection(space, budget)
         if N is None:
             return None
         if coupled:
             H = reduced.G + N * reduced.lambdas[0]
-            inverse = _inverse(principal(H, P))
+            inverse = _inverse(principal(H, P), budget)
             return None if inverse is None else cls(H, inverse, every)
         weight = max(reduced.G[j, j].upper() for j in P)
-        inverse = _inverse(principal(reduced.G, P) + N * weight)
-        unique = np.array([N[k, k].contains(0) and _is_settled(space, k) for k in range(len(P))])
+        inverse = _inverse(principal(reduced.G, P) + N * weight, budget)
+        unique = np.array([N[k, k].contains(0) and _is_settled(space, k, budget) for k in range(len(P))])
         return None if inverse is None else cls(reduced.G, inverse, unique)
 
 
-def _is_settled(space: RowSpace, k: int) -> bool:
+def _is_settled(space: RowSpace, k: int, budget: Budget) -> bool:
     """Whether every null vector is 0 at row k, exactly: the projection of the unit vector is 0."""
+    budget.require(LONGER * space.work)
     unit = np.full(space.A.nrows(), 0, dtype=object)
     unit[k] = 1
     return not any(space.outside(column(unit)).entries())
@@ -72,8 +76,9 @@ def principal(A: Any, rows: list[int]) -> Any:
     return flint.arb_mat([[A[a, b] for b in rows] for a in rows])
 
 
-def _inverse(A: Any) -> Any:
+def _inverse(A: Any, budget: Budget) -> Any:
     """The inverse, or None where it is not known to `ACCURATE` bits in the precision in force."""
+    budget.require(matrix_cost(A.nrows() ** 3))
     try:
         inverse = A.inv()
     except ZeroDivisionError:

@@ -6,11 +6,14 @@ from fractions import Fraction
 import flint
 import numpy as np
 
-from convexperc.certificate.rationals import RowSpace, column
-from convexperc.enclosure.balls import ExactData, Number, Numbers, ReducedBalls
+from convexperc.certificate.rationals import LONGER, WORD_BITS, RowSpace, column
+from convexperc.enclosure.balls import Number, Numbers
+from convexperc.enclosure.budget import Budget
 from convexperc.enclosure.central_path import Central
 from convexperc.enclosure.dyadic import exact_balls
+from convexperc.enclosure.exact_data import ExactData
 from convexperc.enclosure.interval import Interval
+from convexperc.enclosure.reduced import ReducedBalls
 from convexperc.problem.arrays import Vector
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
@@ -73,13 +76,14 @@ def _fraction(value: Number, exponent: int) -> Fraction:
 def float_point(
     problem: Problem, data: ExactData, scaling: Scaling, reduced: ReducedBalls, point: Central
 ) -> tuple[Vector, np.ndarray]:
-    """The point (w, u) on the original data, rounded to nearest."""
+    """The point (w, u) on the original data, rounded to nearest; within the data's budget."""
     unit = flint.arb(2) ** (scaling.o - scaling.x)
     w, u = np.array([float(v * unit) for v in point.w]), np.zeros(problem.d)
     if problem.lambda1 == 0.0:
         return w, u
     if reduced.space is not None:
-        return w, np.array([float(v * unit) for v in _coupling(reduced.space, point.w)])
+        found = _coupling(reduced.space, point.w, data.budget)
+        return w, np.array([float(v * unit) for v in found])
     unit = unit * flint.arb(2) ** (-2 * scaling.x)
     parts = [[weight * v * unit for v in point.q] for weight in point.t]
     for columns, part in zip(problem.modalities, data.columns(parts), strict=True):
@@ -87,8 +91,10 @@ def float_point(
     return w, u
 
 
-def _coupling(space: RowSpace, w: Numbers) -> Numbers:
+def _coupling(space: RowSpace, w: Numbers, budget: Budget) -> Numbers:
     """The u of least norm for which Xu is the projection of w onto the range of X."""
     whole = exact_balls(w, -space.exponent)
+    longer = max(1.0, max(int(abs(value)).bit_length() for value in whole.whole) / WORD_BITS / space.words)
+    budget.require((1 if space.rank == space.A.nrows() else LONGER) * longer * space.work)
     found, unit = space.coupling(column(whole.whole)), flint.arb(2) ** whole.exponent
     return [flint.arb(value) * unit for value in found.entries()]

@@ -12,10 +12,8 @@ import numpy as np
 from convexperc.certificate.tolerances import Tolerances
 from convexperc.enclosure.active_set import ActiveSetNewton, Start
 from convexperc.enclosure.balls import (
-    ExactData,
     Number,
     Numbers,
-    ReducedBalls,
     column,
     dot,
     exact_matrix,
@@ -23,6 +21,8 @@ from convexperc.enclosure.balls import (
     times,
 )
 from convexperc.enclosure.central_path import Central, CentralPath
+from convexperc.enclosure.exact_data import ExactData
+from convexperc.enclosure.reduced import ReducedBalls
 from convexperc.problem.arrays import Vector
 from convexperc.problem.problem import Problem
 

@@ -13,7 +13,8 @@ from typing import Any
 
 import flint
 
-from convexperc.enclosure.balls import Number, Numbers, ReducedBalls, dot, midpoint, times
+from convexperc.enclosure.balls import ENTRY_COST, Number, Numbers, dot, matrix_cost, midpoint, times
+from convexperc.enclosure.reduced import ReducedBalls
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class State:
 
 
 class Smooth:
-    """The function h of one reduced problem, at the midpoints of its data."""
+    """The function h of one reduced problem, at the midpoints of its data; within the data's budget."""
 
     def __init__(self, reduced: ReducedBalls) -> None:
         self.lambda1, self.lambda2, self.lambda3 = (x.mid() for x in reduced.lambdas)
@@ -47,6 +48,7 @@ class Smooth:
         self.n = reduced.n
         self.floor = self._floor(reduced)
         self.fee = self.lambda3 * self.lambda3 / 4
+        self.budget = reduced.budget
 
     def _floor(self, reduced: ReducedBalls) -> Any:
         """S^-1 where lambda3 = 0."""
@@ -59,6 +61,7 @@ class Smooth:
         if not self.coupled:
             q = [flint.arb(0)] * self.n if self.floor is None else midpoint(times(self.floor, w))
             return State(self.floor, q, [])
+        self.budget.require(matrix_cost(self.n**3))
         S = flint.arb_mat(self.n, self.n)
         for a in range(self.n):
             S[a, a] = 1 / self.lambda1
@@ -77,6 +80,7 @@ class Smooth:
     def derivatives(self, w: Numbers, state: State) -> tuple[Numbers, Any]:
         """Gradient and Hessian of h in (w, t)."""
         n, m, q = self.n, len(self.K), state.q
+        self.budget.require(ENTRY_COST * (n + m) ** 2)
         H = flint.arb_mat(n + m, n + m)
         gradient = [2 * (g - c + p) for g, c, p in zip(times(self.G, w), self.c, q, strict=True)]
         top = 2 * (self.G if state.inverse is None else self.G + state.inverse)

@@ -19,11 +19,22 @@ import numpy as np
 
 from convexperc.certificate.certificate import Certificate
 from convexperc.certificate.duality import DualPoint
-from convexperc.certificate.rationals import Integers, RowSpace, column, integers, numerators
+from convexperc.certificate.rationals import (
+    LONGER,
+    WORD_BITS,
+    Integers,
+    RowSpace,
+    column,
+    integers,
+    numerators,
+)
 from convexperc.certificate.tolerances import Tolerances
-from convexperc.enclosure.balls import ReducedBalls, precision
+from convexperc.enclosure.balls import precision
+from convexperc.enclosure.budget import Budget, OutOfBudget
 from convexperc.enclosure.central_path import Central, CentralPath
 from convexperc.enclosure.dyadic import Dyadic, exact, exact_balls, power, root_down, root_up, shortened
+from convexperc.enclosure.exact_data import ExactData
+from convexperc.enclosure.reduced import ReducedBalls
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling
@@ -47,6 +58,8 @@ class Data:
     exponent : int
     o : Dyadic
     lambda1, lambda2, lambda3 : Fraction
+    budget : Budget
+        Of the search for witnesses; where it does not suffice, the methods raise `OutOfBudget`.
     """
 
     problem: Problem
@@ -56,17 +69,27 @@ class Data:
     lambda1: Fraction
     lambda2: Fraction
     lambda3: Fraction
+    budget: Budget
 
     @classmethod
-    def of(cls, problem: Problem) -> "Data":
+    def of(cls, problem: Problem, budget: Budget) -> "Data":
         """Take the floats of a problem as the rationals that they are."""
         lambda1, lambda2, lambda3 = (Fraction(value) for value in problem.lambdas)
-        return cls(problem, *integers(problem.X), exact(problem.o), lambda1, lambda2, lambda3)
+        return cls(problem, *integers(problem.X), exact(problem.o), lambda1, lambda2, lambda3, budget)
 
     @cached_property
     def space(self) -> RowSpace:
         """The span of the rows of X, in the same units."""
-        return RowSpace.of(self.problem.X)
+        found = RowSpace.within_limit(self.problem.X, self.budget.products)
+        if found is None:
+            self.budget.refuse()
+        return found
+
+    def solvable_space(self, *right: Dyadic) -> RowSpace:
+        """The same, for a system of equations with these right sides."""
+        longest = max((_bits(x.whole) for x in right), default=0) / WORD_BITS / self.space.words
+        self.budget.require(LONGER * max(1.0, longest) * self.space.work)
+        return self.space
 
     def rows(self, x: Dyadic) -> Dyadic:
         """X x."""
@@ -129,6 +152,8 @@ class Witnesses:
 def witnesses(data: Data, point: tuple[Vector, FeatureVector], certificate: Certificate) -> Witnesses:
     """Find witnesses of bounds as narrow as the certificate asks, by the cheapest points that give them.
 
+    Where the budget of the data is spent before, the best ones so far.
+
     Parameters
     ----------
     data : Data
@@ -138,9 +163,17 @@ def witnesses(data: Data, point: tuple[Vector, FeatureVector], certificate: Cert
         Of that answer.
     """
     best = Witnesses(data)
+    with data.budget.running(), suppress(OutOfBudget):
+        _search(best, point, certificate)
+    return best
+
+
+def _search(best: Witnesses, point: tuple[Vector, FeatureVector], certificate: Certificate) -> None:
+    """Improve the witnesses until they are enough."""
+    data = best.data
     if data.lambda2 == 0 and (data.lambda1 == 0 or data.lambda3 == 0):
         _least_squares(best)
-        return best
+        return
     if all(np.isfinite(part).all() for part in point):
         w, u = (exact(part) for part in point)
         best.try_primal(w, u)
@@ -156,11 +189,10 @@ def witnesses(data: Data, point: tuple[Vector, FeatureVector], certificate: Cert
         if best.within(tolerances, width):
             break
         with precision(bits), suppress(ZeroDivisionError):  # a matrix singular at these bits: take more
-            for central in _central_points(data.problem, bits):
+            for central in _central_points(data, bits):
                 _try_central(best, central)
                 if best.within(tolerances, width):
                     break
-    return best
 
 
 def _suggested(data: Data, dual: DualPoint) -> tuple[Dyadic, Dyadic]:
@@ -209,7 +241,7 @@ def _scaled(data: Data, a: Dyadic, b: Dyadic) -> _Dual | None:
 
 def _into_null_space(data: Data, b: Dyadic) -> Dyadic:
     """The orthogonal projection of b onto {X'b = 0}, times a number within 2^-80 of 1."""
-    inside, denominator = numerators(data.space.outside(column(b.whole)))
+    inside, denominator = numerators(data.solvable_space(b).outside(column(b.whole)))
     return Dyadic(inside, b.exponent).times(shortened(Fraction(1, denominator)))
 
 
@@ -220,12 +252,13 @@ def _least_squares(best: Witnesses) -> None:
     r = o - X'w gives a = -2 r, b = 0. u is rounded, r only scaled.
     """
     data, t = best.data, column(best.data.o.whole)
-    residual, denominator = numerators(data.space.residual(t))
+    space = data.solvable_space(data.o)
+    residual, denominator = numerators(space.residual(t))
     a = Dyadic(-2 * residual, data.o.exponent).times(shortened(Fraction(1, denominator)))
     best.try_dual(a, Dyadic.zeros(data.problem.n))
     if best.target == 0:
         return
-    u = _rounded(data.space.fitted(t), 2 * _bits(data.X) + data.problem.n.bit_length() - _bits(data.o.whole))
+    u = _rounded(space.fitted(t), 2 * _bits(data.X) + data.problem.n.bit_length() - _bits(data.o.whole))
     u = Dyadic(u.whole, u.exponent + data.o.exponent - 2 * data.exponent)
     best.try_primal(data.rows(u), u if data.lambda1 else Dyadic.zeros(data.problem.d))
 
@@ -242,10 +275,10 @@ def _rounded(values: Any, digits: int) -> Dyadic:
     return Dyadic(over * (1 << digits) // denominator, -digits)
 
 
-def _central_points(problem: Problem, bits: int) -> Iterator[tuple[Scaling, Central]]:
+def _central_points(data: Data, bits: int) -> Iterator[tuple[Scaling, Central]]:
     """Points near the central path, nearer and nearer to the optimum, in the precision in force."""
-    scaling = Scaling.of(problem)
-    reduced = ReducedBalls.of(problem, (scaling.x, scaling.o))
+    problem, scaling = data.problem, Scaling.of(data.problem)
+    reduced = ReducedBalls.of(problem, (scaling.x, scaling.o), ExactData.of(problem, data.budget))
     path = CentralPath(reduced)
     for share in range(40, bits, 24):
         while path.mu > reduced.target * flint.arb(2) ** -share:
@@ -276,5 +309,5 @@ def _nearest_coupling(data: Data, w: Dyadic) -> Dyadic:
     """The u of lambda3 = 0, for which X u is the projection of w onto the range of X; 0 if uncoupled."""
     if data.lambda1 == 0:
         return Dyadic.zeros(data.problem.d)
-    u = _rounded(data.space.coupling(column(w.whole)), _bits(data.X))
+    u = _rounded(data.solvable_space(w).coupling(column(w.whole)), _bits(data.X))
     return Dyadic(u.whole, u.exponent + w.exponent - data.exponent)

@@ -13,10 +13,9 @@ from convexperc.problem.conversion import (
     MUST_BE_EXACT,
     ROUND,
     changed,
-    exact_float,
     is_negative,
+    real_number,
     real_source,
-    refuse_mask,
 )
 
 Vector = Float[np.ndarray, " n"]
@@ -77,8 +76,8 @@ def real_array(
             must="must be finite in float64",
             remedy=f"{int(bad.sum())} of {array.size} entries are NaN, infinite or too large; clean them.",
         )
-    wrong = changed(array, source)
-    if wrong.any():
+    wrong = None if source.dtype == np.float64 else changed(array, source)
+    if wrong is not None and wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
         place = f"{name}[{', '.join(map(str, index))}]"
         raise error(place, value=source[index], must=MUST_BE_EXACT, remedy=ROUND)
@@ -149,17 +148,7 @@ def nonnegative_number(value: Any, name: str, *, error: type[InputError] = Probl
         infinite, or not exactly a float64.
     """
     must = "must be a finite real number >= 0"
-    if isinstance(value, np.ma.MaskedArray):
-        refuse_mask(value, name, error)
-    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
-    if isinstance(scalar, (bool, np.bool_)) or not isinstance(scalar, (int, float, np.integer, np.floating)):
-        raise error(name, value=value, must=must, remedy="Pass an int or a float.")
-    try:
-        number = exact_float(scalar)
-    except OverflowError:
-        raise error(name, value=value, must=must, remedy="The integer overflows float64.") from None
-    if number is None:
-        raise error(name, value=value, must=MUST_BE_EXACT, remedy=ROUND)
+    number = real_number(value, name, error, must)
     if not np.isfinite(number) or is_negative(number):
         raise error(name, value=value, must=must)
     return abs(number)  # -0 is 0; a sum would flush a subnormal number where the thread does so

@@ -86,6 +86,29 @@ def changed(array: NDArray[np.float64], source: NDArray[Any]) -> NDArray[np.bool
         return np.asarray((back != source) & np.isfinite(source))
 
 
+def real_number(value: Any, name: str, error: type[InputError], must: str = "must be a real number") -> float:
+    """A real scalar as a float, its number unchanged: of Python, of NumPy, or an array without axes.
+
+    Raises
+    ------
+    InputError
+        Of the class given: anything else (strings, booleans and complex numbers, too), a masked entry, or a
+        number that float64 does not hold exactly.
+    """
+    if isinstance(value, np.ma.MaskedArray):
+        refuse_mask(value, name, error)
+    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if isinstance(scalar, (bool, np.bool_)) or not isinstance(scalar, (int, float, np.integer, np.floating)):
+        raise error(name, value=value, must=must, remedy="Pass an int or a float.")
+    try:
+        number = exact_float(scalar)
+    except OverflowError:
+        raise error(name, value=value, must=must, remedy="The integer overflows float64.") from None
+    if number is None:
+        raise error(name, value=value, must=MUST_BE_EXACT, remedy=ROUND)
+    return number
+
+
 def exact_float(value: Any) -> float | None:
     """A real scalar as a float; None where float64 does not hold it exactly.
 
@@ -95,6 +118,8 @@ def exact_float(value: Any) -> float | None:
         An integer beyond float64.
     """
     number = float(value)
+    if isinstance(value, float):
+        return number
     if isinstance(value, (int, np.integer)):
         return number if int(value) == number else None
     if isinstance(value, np.floating):

@@ -20,7 +20,7 @@ from convexperc.problem.library import (
 )
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
-from convexperc.problem.reduction import Reduction
+from convexperc.problem.reduction import EVERY, Reduction, Rows
 from convexperc.problem.scaling import Scaling
 from convexperc.problem.views import Views
 
@@ -61,7 +61,13 @@ class ReducedData:
 
     @classmethod
     def of(
-        cls, X: Any, templates: Any, modalities: Any = None, *, names: Sequence[str] | None = None
+        cls,
+        X: Any,
+        templates: Any,
+        modalities: Any = None,
+        *,
+        names: Sequence[str] | None = None,
+        earlier: "ReducedData | None" = None,
     ) -> "ReducedData":
         """Read the views, and the templates once.
 
@@ -69,6 +75,9 @@ class ReducedData:
         ----------
         X : array_like (n, d)
         templates, names, modalities : see `TemplateLibrary.of`
+        earlier : ReducedData, optional
+            Of as many views and the same library. If at least half of the rows of X are the same, only the
+            others are multiplied: with G, K and X O to rounding as without it.
 
         Raises
         ------
@@ -84,11 +93,18 @@ class ReducedData:
         else:
             views = Views.of(X, modalities)
             library = TemplateLibrary.for_views(templates, names, views.modalities)
+        rows = EVERY if earlier is None else _new_rows(earlier, views, library)
+        if earlier is not None and rows is not EVERY:
+            views.__dict__["reduction"] = earlier.views.reduction.replaced(views.X, np.asarray(rows))
         reduction = views.reduction
         x, usable = _exponent(reduction)
-        C = _products(reduction, library)
+        C = _products(reduction, library, rows)
         lengths = library.lengths
         np.ldexp(C, -(x + lengths.exponents)[:, None], out=C)
+        if earlier is not None and rows is not EVERY:
+            kept = np.ldexp(earlier.C, earlier.x - x)
+            kept[:, rows] = C
+            C = kept
         G, K = np.ldexp(reduction.G, -2 * x), np.ldexp(reduction.K, -2 * x)
         sound = lengths.sound if usable else np.zeros_like(lengths.sound)
         return cls(views, library, x, G, K, C, sound, time.perf_counter() - began)
@@ -144,16 +160,26 @@ def _exponent(reduction: Reduction) -> tuple[int, bool]:
     return (math.frexp(largest)[1] + 1) // 2 if usable else 0, usable
 
 
-def _products(reduction: Reduction, library: TemplateLibrary) -> Float[np.ndarray, "p n"]:
-    """Row j is X o_j; the first pass over a library also measures it."""
+def _new_rows(earlier: ReducedData, views: Views, library: TemplateLibrary) -> Rows:
+    """The rows of X that differ from the earlier ones; all, if nothing can be kept or little would be."""
+    if library is not earlier.library or earlier.sound is not library.lengths.sound:
+        return EVERY
+    if views.X.shape != earlier.views.X.shape or views.modalities is not earlier.views.modalities:
+        return EVERY
+    changed = (views.X != earlier.views.X).any(axis=1).nonzero()[0]
+    return changed if 2 * changed.size <= views.X.shape[0] else EVERY
+
+
+def _products(reduction: Reduction, library: TemplateLibrary, rows: Rows = EVERY) -> Float[np.ndarray, "p k"]:
+    """Row j is X o_j, or some entries of it; the first pass over a library also measures it."""
     if library.measured and library.O.size <= BLOCK:
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-            return reduction.product(np.asarray(library.O, dtype=np.float64))
-    C = np.empty((len(library), reduction.G.shape[0]))
+            return reduction.product(np.asarray(library.O, dtype=np.float64), rows)
+    C = np.empty((len(library), reduction.X[rows].shape[0]))
     squares = None if library.measured else np.empty(len(library))
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         for chosen, block in library.blocks():
-            C[chosen] = reduction.product(block)
+            C[chosen] = reduction.product(block, rows)
             if squares is not None:
                 squares[chosen] = squared_lengths(block, chosen.start)
     if squares is not None:

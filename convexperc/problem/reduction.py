@@ -15,11 +15,14 @@ Source: lambda3 ||u^i|| = min over tau > 0 of (lambda3 / 2)(||u^i||^2 / tau + ta
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from convexperc.problem.arrays import Matrix, Vector
 from convexperc.problem.modalities import Columns, Modalities
 
+Rows = slice | Int[np.ndarray, " k"]
+"""Some of the views."""
+EVERY = slice(None)
 CHUNK = 4096
 """Columns that are multiplied at a time: a product's rounding grows with the length of its sums."""
 
@@ -63,12 +66,26 @@ class Reduction:
             G = K.sum(axis=0)
         return cls(X, modalities, K, G, min(d, CHUNK) + -(-d // CHUNK) + 2 * len(modalities))
 
-    def product(self, O: Float[np.ndarray, "d p"]) -> Float[np.ndarray, "p n"]:  # noqa: E741
-        """Row j is X o_j."""
-        d = self.X.shape[1]
-        found = self.X[:, :CHUNK] @ O[:CHUNK]
+    def replaced(self, X: Matrix, rows: Int[np.ndarray, " k"]) -> "Reduction":
+        """The reduction of views of which only these rows are new: O(n d) a row (Lemma R24)."""
+        K = self.K.copy()
+        with np.errstate(over="ignore", invalid="ignore"):
+            for gram, columns in zip(K, self.modalities, strict=True):
+                parts = [X[:, part] for part in _chunks(columns, X.shape[1])]
+                for row in rows:
+                    found = parts[0] @ parts[0][row]
+                    for block in parts[1:]:
+                        found += block @ block[row]
+                    gram[row], gram[:, row] = found, found
+            G = K.sum(axis=0)
+        return Reduction(X, self.modalities, K, G, self.depth)
+
+    def product(self, O: Float[np.ndarray, "d p"], rows: Rows = EVERY) -> Float[np.ndarray, "p k"]:  # noqa: E741
+        """Row j is X o_j, of which only some entries may be asked for."""
+        X, d = self.X[rows], self.X.shape[1]
+        found = X[:, :CHUNK] @ O[:CHUNK]
         for start in range(CHUNK, d, CHUNK):
-            found += self.X[:, start : start + CHUNK] @ O[start : start + CHUNK]
+            found += X[:, start : start + CHUNK] @ O[start : start + CHUNK]
         return np.ascontiguousarray(found.T)
 
     def recover(self, t: Float[np.ndarray, " m"], q: Vector) -> Float[np.ndarray, " d"]:

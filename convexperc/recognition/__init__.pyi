@@ -1,5 +1,6 @@
 from .decision import Decision
 from .label import Options, decide, decided_by, recognize, recognize_path
+from .narrowing import narrowed_answers
 from .recognition import Ranked, Recognition, Template, Verdict
 from .references import NamedPictures, References, perceive, read_pictures
 from .sample import SampleScene, sample_names, sample_scene
@@ -17,6 +18,7 @@ __all__ = [
     "Verdict",
     "decide",
     "decided_by",
+    "narrowed_answers",
     "perceive",
     "read_pictures",
     "recognize",

@@ -7,11 +7,12 @@ from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
-from convexperc import enclosure
+from convexperc import recognition
 from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.lambda_max import zero_is_optimal
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
+from convexperc.enclosure.budget import SECONDS, Budget
 from convexperc.errors import RobotNameError, StartError
 from convexperc.problem.arrays import euclidean_length
 from convexperc.problem.library import checked_names
@@ -20,13 +21,11 @@ from convexperc.problem.reduced import ReducedData
 from convexperc.recognition.decision import Decision
 from convexperc.recognition.pruning import prune as prune_by_bounds
 from convexperc.recognition.recognition import Recognition, Verdict, cost_bounds
-from convexperc.recognition.ties import interchangeable
+from convexperc.recognition.ties import all_interchangeable
 from convexperc.solution.answers import Answers
 from convexperc.solution.batch import BatchSolver
 from convexperc.solvers.interface import Solver
 
-NARROWEST_WIDTH = 1e-30
-"""Relative width asked of overlapping intervals; what is reported is limited by float64, about 1e-16."""
 NORM_FACTOR = 1.1
 """Templates whose norms differ by more than this factor are warned about: F* <= ||o||^2, so a short template
 wins by its length."""
@@ -50,6 +49,8 @@ class Options(TypedDict, total=False):
         by it where they overlap (the default).
     relative_tolerance, absolute_tolerance : float
         See `convexperc.certificate.Tolerances`.
+    seconds : float
+        For the ball arithmetic of all templates together; see `convexperc.enclosure.budget.Budget`.
     """
 
     decision: Decision | str
@@ -58,6 +59,7 @@ class Options(TypedDict, total=False):
     escalate: bool
     relative_tolerance: float
     absolute_tolerance: float
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,7 @@ class _Settings:
     solver: Solver | None
     escalate: bool
     tolerances: Tolerances
+    seconds: float
 
     @classmethod
     def of(cls, function: str, options: Options) -> "_Settings":
@@ -88,10 +91,13 @@ class _Settings:
             Tolerances(
                 options.get("relative_tolerance", RELATIVE), options.get("absolute_tolerance", ABSOLUTE)
             ),
+            Budget(options.get("seconds", SECONDS)).seconds,
         )
 
 
-DEFAULT = _Settings(Decision.OBJECTIVE, prune=True, solver=None, escalate=True, tolerances=Tolerances())
+DEFAULT = _Settings(
+    Decision.OBJECTIVE, prune=True, solver=None, escalate=True, tolerances=Tolerances(), seconds=SECONDS
+)
 
 
 def recognize(
@@ -123,10 +129,11 @@ def recognize(
     views : sequence of n str, optional
         Names of the robots; ``robot 1`` ... without.
     start : Recognition, optional
-        An earlier one, with as many robots, modalities and templates.
+        An earlier one, with as many robots, modalities and templates. With the same `TemplateLibrary`, views
+        that have not changed since are not multiplied again.
     **options
-        ``decision``, ``prune``, ``solver``, ``escalate``, ``relative_tolerance``, ``absolute_tolerance``:
-        see `Options`.
+        ``decision``, ``prune``, ``solver``, ``escalate``, ``relative_tolerance``, ``absolute_tolerance``,
+        ``seconds``: see `Options`.
 
     Returns
     -------
@@ -136,7 +143,7 @@ def recognize(
     ------
     ProblemError, ModalityError
         See `Problem`; also no reference at all.
-    TemplateNameError, RobotNameError, DecisionError, ToleranceError, StartError
+    TemplateNameError, RobotNameError, DecisionError, ToleranceError, BudgetError, StartError
         An argument of that name does not fit.
     SolverError
         The named solver gave no point for a template.
@@ -151,9 +158,10 @@ def recognize(
         raise StartError(
             "start", value=type(start).__name__, must=must, remedy="Pass what recognize returned."
         )
-    bounds = _bounds(X, references, modalities, names)
+    answers = None if start is None else start.answers
+    bounds = _bounds(X, references, modalities, names, answers)
     robots = _robots(views, bounds.data.n)
-    return _recognised(bounds, penalties, robots, settings, None if start is None else start.answers)
+    return _recognised(bounds, penalties, robots, settings, answers)
 
 
 def recognize_path(
@@ -183,7 +191,7 @@ def recognize_path(
 
     Raises
     ------
-    ProblemError, ModalityError, TemplateNameError, RobotNameError, DecisionError, ToleranceError
+    ProblemError, ModalityError, TemplateNameError, RobotNameError, DecisionError, ToleranceError, BudgetError
         See `recognize`.
     """
     settings = _Settings.of("recognize_path", options)
@@ -193,10 +201,13 @@ def recognize_path(
         yield _recognised(bounds, Penalties.of(triple), robots, settings, None)
 
 
-def _bounds(X: Any, references: Any, modalities: Any, names: Sequence[str] | None) -> DataBounds:
-    """The data, read once, with bounds of their rounding."""
+def _bounds(
+    X: Any, references: Any, modalities: Any, names: Sequence[str] | None, start: Answers | None = None
+) -> DataBounds:
+    """The data, read once, with bounds of their rounding; what an earlier answer knows is kept."""
+    earlier = None if start is None else start.data
     with np.errstate(all="ignore"):  # what overflows is bounded by infinity
-        return DataBounds.of(ReducedData.of(X, references, modalities, names=names))
+        return DataBounds.of(ReducedData.of(X, references, modalities, names=names, earlier=earlier))
 
 
 @np.errstate(all="ignore")
@@ -208,7 +219,8 @@ def _recognised(
     start: Answers | None,
 ) -> Recognition:
     """Solve as far as the label needs, or to the end, and draw the verdict."""
-    batch = BatchSolver.of(bounds, penalties, settings.tolerances, start)
+    budget = Budget(settings.seconds)
+    batch = BatchSolver.of(bounds, penalties, settings.tolerances, start, budget)
     if settings.solver is not None:
         batch.fall_back(np.arange(bounds.data.p), settings.solver, escalate=settings.escalate)
     elif settings.prune:
@@ -216,10 +228,10 @@ def _recognised(
     else:
         batch.finish()
     found = decide(batch.answers(), bounds.data.library.names, robots, settings.decision)
-    return _narrowed(found) if settings.escalate else found
+    return _narrowed(found, budget) if settings.escalate else found
 
 
-def decided_by(found: Recognition, decision: Decision | str) -> Recognition:
+def decided_by(found: Recognition, decision: Decision | str, *, seconds: float = SECONDS) -> Recognition:
     """Draw the verdict from the same answers by another decision.
 
     Parameters
@@ -228,13 +240,16 @@ def decided_by(found: Recognition, decision: Decision | str) -> Recognition:
         Best of ``prune=False``: a template given up under one decision may be a rival under the other,
         and ball arithmetic then narrows its interval, which is slow.
     decision : {"objective", "explained fraction"} or Decision
+    seconds : float
+        For ball arithmetic; see `Options`.
 
     Returns
     -------
     Recognition
     """
+    budget = Budget(seconds)
     with np.errstate(all="ignore"):
-        return _narrowed(decide(found.answers, found.names, found.views, Decision.of(decision)))
+        return _narrowed(decide(found.answers, found.names, found.views, Decision.of(decision)), budget)
 
 
 def _robots(given: Sequence[str] | None, n: int) -> tuple[str, ...]:
@@ -249,24 +264,15 @@ def _numbered(n: int) -> tuple[str, ...]:
     return tuple(f"robot {i}" for i in range(1, n + 1))
 
 
-def _narrowed(found: Recognition) -> Recognition:
-    """Where intervals overlap, give the rivals the narrowest that ball arithmetic gives, and decide again."""
-    if found.verdict is not Verdict.UNDECIDED:
+def _narrowed(found: Recognition, budget: Budget) -> Recognition:
+    """Where intervals overlap, narrow those of the rivals by ball arithmetic until the verdict is settled."""
+    if found.verdict is not Verdict.UNDECIDED or broken_assumption():
         return found
-    lower, upper = found.answers.lower.copy(), found.answers.upper.copy()
-    known: dict[bytes, tuple[float, float]] = {}
-    for j in (~found.excluded).nonzero()[0].tolist():
-        problem = found.answers.problem(j)
-        data = problem.o.tobytes()
-        if data not in known:
-            start = enclosure.finite_start(found.answers.w[j], found.answers.u(j))
-            tight = enclosure.enclose(
-                problem, relative_tolerance=NARROWEST_WIDTH, absolute_tolerance=NARROWEST_WIDTH, start=start
-            )
-            known[data] = tight.lower, tight.upper
-        lower[j], upper[j] = max(known[data][0], lower[j]), min(known[data][1], upper[j])
-    answers = replace(found.answers, lower=lower, upper=upper)
-    return decide(answers, found.names, found.views, found.decision)
+    for answers in recognition.narrowed_answers(found, budget):
+        found = decide(answers, found.names, found.views, found.decision)
+        if found.verdict is not Verdict.UNDECIDED:
+            return found
+    return replace(found, reason=f"{found.reason}; {budget.reason}") if budget.spent else found
 
 
 def decide(
@@ -316,7 +322,7 @@ def decide(
     if all(np.array_equal(first, other) for other in others):
         candidates = ordered
         return verdict(Verdict.TIE, f"the templates {', '.join(candidates)} are identical")
-    if all(interchangeable(data.views.X, data.views.modalities, first, other) for other in others):
+    if all_interchangeable(data.views.X, data.views.modalities, first, others):
         candidates = ordered
         reason = f"the templates {', '.join(candidates)} are the same but for the order of the data"
         return verdict(Verdict.TIE, reason)

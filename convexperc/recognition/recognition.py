@@ -231,9 +231,14 @@ def _shares(sizes: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def cost_bounds(answers: Answers, decision: Decision) -> Intervals:
-    """Bound what decides; squared lengths that the reduced data do not bound are computed one by one."""
+    """Bound what decides."""
     if decision is Decision.OBJECTIVE:
         return answers.lower, answers.upper
+    return costs(decision, (answers.lower, answers.upper), compared_squares(answers, decision))
+
+
+def compared_squares(answers: Answers, decision: Decision) -> Intervals:
+    """Bound the ||o_j||^2; what the reduced data do not bound is computed where the decision needs it."""
     data = answers.data
     least, most = answers.bounds.squares
     if not data.sound.all():
@@ -242,4 +247,4 @@ def cost_bounds(answers: Answers, decision: Decision) -> Intervals:
             length = euclidean_length(data.library.template(j))
             if length == 0.0 or SMALLEST_SQUARED < length < 1.0 / SMALLEST_SQUARED:
                 least[j], most[j] = squared_norm(Ball.exact(data.library.template(j)))
-    return costs(decision, (answers.lower, answers.upper), (least, most))
+    return least, most

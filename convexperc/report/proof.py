@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from convexperc.certificate.arithmetic import broken_assumption
+from convexperc.enclosure.budget import SECONDS, Budget
 from convexperc.enclosure.witness import Data, witnesses
 from convexperc.errors import ConvexpercError, ProblemError
 from convexperc.problem.files import problem_record
@@ -24,15 +25,18 @@ SCHEMA = "convexperc/proof/1"
 """Name and version of the file format."""
 
 
-def proof_record(solution: Solution) -> dict[str, Any]:
+def proof_record(solution: Solution, *, seconds: float = SECONDS) -> dict[str, Any]:
     """Prove bounds of F* by exact witnesses, as plain JSON values.
 
     The interval is as narrow as the certificate's tolerances, or as the certificate's interval if that is
-    wider. Where float64 points do not suffice, an interior point of higher precision is used.
+    wider. Where float64 points do not suffice, an interior point of higher precision is used, for as long as
+    the budget allows; the claim says what was reached.
 
     Parameters
     ----------
     solution : Solution
+    seconds : float
+        For ball arithmetic and exact numbers; see `convexperc.enclosure.budget.Budget`.
 
     Returns
     -------
@@ -46,12 +50,14 @@ def proof_record(solution: Solution) -> dict[str, Any]:
         F* may exceed the largest float64, so that its upper bound cannot be written.
     ConvexpercError
         The arithmetic of this thread is not what bounds assume, see docs/rounding.md.
+    BudgetError
+        `seconds` is no number > 0.
     """
     if reason := broken_assumption():
         must = "must round to nearest and keep subnormal numbers"
         remedy = "Undo what another library set, or prove in another process."
         raise ConvexpercError("floating-point arithmetic", value=reason, must=must, remedy=remedy)
-    problem, data = solution.problem, Data.of(solution.problem)
+    problem, data = solution.problem, Data.of(solution.problem, Budget(seconds))
     best = witnesses(data, (solution.w, solution.u), solution.certificate)
     (high, w, u), (low, a, b) = best.primal, best.dual
     upper = _rounded_up(high)

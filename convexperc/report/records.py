@@ -62,6 +62,7 @@ def solution_record(solution: Solution) -> dict[str, Any]:
             **{name: _exact(value) for name, value in zip(LAMBDAS, problem.lambdas, strict=True)},
         },
         "status": solution.status.value,
+        "reason": solution.reason,
         "solver": {
             "name": solution.solver,
             "claim": solution.solver_status,

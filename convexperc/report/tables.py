@@ -1,9 +1,9 @@
 """Tables and facts for the terminal, with bounds rounded outwards and names escaped."""
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -144,8 +144,15 @@ def certificate_facts(found: "Certificate") -> list[tuple[str, str]]:
 
 
 def solver_status(solution: "Solution") -> str:
-    """Return the solver's name and status; the certificate does not use the status."""
-    return f"{solution.solver}; solver status (not used): {solution.solver_status}"
+    """Return the solver's name and status, which the certificate does not use, and why no more is proved."""
+    said = f"{solution.solver}; solver status (not used): {solution.solver_status}"
+    return f"{said}; {solution.reason}" if solution.reason else said
+
+
+def claim(proof: Mapping[str, Any]) -> str:
+    """Return what a proof file claims."""
+    lower, upper = (float.fromhex(proof["claim"][end]) for end in ("lower", "upper"))
+    return f"{below(lower)} <= F* <= {above(upper)}"
 
 
 def below(value: float, digits: int = 12) -> str:

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Int
 from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.reduced import AnswerBounds
 from convexperc.certificate.tolerances import Tolerances
+from convexperc.enclosure.budget import Budget
 from convexperc.problem.arrays import FeatureVector
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
@@ -191,8 +192,8 @@ class Answers:
         scaling = Scaling.of(problem)
         shared = problem.views.normalised  # held, so that it is made once
         found = certified(
-            problem, scaling, Newton().name, self._result(j, problem, scaling), self.tolerances,
-            escalate=True, timings=Timings(0.0, 0.0, 0.0),
+            problem, scaling, Newton().name, self._result(j, problem, scaling), self.tolerances, Budget(),
+            timings=Timings(0.0, 0.0, 0.0),
         )  # fmt: skip
         del shared
         return found

@@ -12,12 +12,13 @@ from jaxtyping import Bool, Float, Int
 from convexperc.certificate.data_bounds import DataBounds, Intervals, Points
 from convexperc.certificate.reduced import AnswerBounds
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
+from convexperc.enclosure.budget import SECONDS, Budget
 from convexperc.errors import StartError
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.reduced import ReducedData
 from convexperc.problem.scaling import ZERO_LAMBDA2, ZERO_LAMBDA3
 from convexperc.solution.answers import Answers, Stages, certified_gaps
-from convexperc.solution.single import solve
+from convexperc.solution.single import solved
 from convexperc.solution.solution import Solution
 from convexperc.solvers.interface import Solver
 from convexperc.solvers.newton.loop import Pruning
@@ -51,6 +52,8 @@ class BatchSolver:
         Of these, normalised.
     warm : bool
         Whether `reduced` holds a start.
+    budget : Budget
+        For the ball arithmetic of all templates together.
     singles : dict of int to Solution
         Answers on the original data.
     solving, proving, falling_back : float
@@ -65,6 +68,7 @@ class BatchSolver:
     reduced: Batch
     proved: AnswerBounds
     warm: bool
+    budget: Budget
     singles: dict[int, Solution] = field(default_factory=dict)
     solving: float = 0.0
     proving: float = 0.0
@@ -72,7 +76,12 @@ class BatchSolver:
 
     @classmethod
     def of(
-        cls, bounds: DataBounds, penalties: Penalties, tolerances: Tolerances, start: Answers | None = None
+        cls,
+        bounds: DataBounds,
+        penalties: Penalties,
+        tolerances: Tolerances,
+        start: Answers | None = None,
+        budget: Budget | None = None,
     ) -> "BatchSolver":
         """Nothing is solved yet; `start` gives the first (w, t) of every template.
 
@@ -87,6 +96,7 @@ class BatchSolver:
         batch = cls(
             bounds, penalties, tolerances, lambdas, bounds.usable(penalties, lambdas), Batch.new(p, n, m),
             AnswerBounds.unknown(p, n, m), start is not None,
+            Budget() if budget is None else budget,
         )  # fmt: skip
         if start is not None:
             batch._start_from(start)
@@ -98,11 +108,6 @@ class BatchSolver:
         return self.bounds.data
 
     def _start_from(self, start: Answers) -> None:
-        if not isinstance(start, Answers):
-            must = "must be earlier Answers"
-            raise StartError(
-                "start", value=type(start).__name__, must=must, remedy="Pass what solve_many returned."
-            )
         sizes = self.reduced.W.shape, self.reduced.T.shape
         if (start.w.shape, start.modality_norms.shape) != sizes:
             must = f"must be answers of (p, n) = {sizes[0]} and (p, m) = {sizes[1]}"
@@ -182,16 +187,11 @@ class BatchSolver:
         """Solve the chosen templates one by one, on the original data; the Gram matrices are shared."""
         if chosen.size == 0:
             return
-        began, tolerances = time.perf_counter(), self.tolerances
+        began = time.perf_counter()
         shared = self.data.views.normalised  # held, so that all templates share it and its Gram matrices
         for j in chosen.tolist():
-            self.singles[j] = solve(
-                self.data.problem(j, self.penalties),
-                solver,
-                escalate=escalate,
-                relative_tolerance=tolerances.relative,
-                absolute_tolerance=tolerances.absolute,
-            )
+            problem = self.data.problem(j, self.penalties)
+            self.singles[j] = solved(problem, solver, self.tolerances, self.budget, escalate=escalate)
         del shared
         self._changed()
         self.falling_back += time.perf_counter() - began
@@ -249,6 +249,7 @@ def solve_many(
     start: Answers | None = None,
     relative_tolerance: float = RELATIVE,
     absolute_tolerance: float = ABSOLUTE,
+    seconds: float = SECONDS,
 ) -> Answers:
     """Minimise F for every template of a library, and prove how well.
 
@@ -263,8 +264,11 @@ def solve_many(
     modalities : see `Modalities.of`; those of the library without
     start : Answers, optional
         Earlier answers to as many templates, robots and modalities: to earlier views, or for other lambdas.
+        With the same `TemplateLibrary`, rows of X that have not changed are not multiplied again.
     relative_tolerance, absolute_tolerance : float
         See `convexperc.certificate.Tolerances`.
+    seconds : float
+        For the ball arithmetic of all templates together; see `convexperc.enclosure.budget.Budget`.
 
     Returns
     -------
@@ -274,12 +278,20 @@ def solve_many(
     ------
     ProblemError, ModalityError
         As `Problem` on X and each column of O.
-    ToleranceError, StartError
-        See `Tolerances`; `start` is of another size.
+    ToleranceError, BudgetError, StartError
+        See `Tolerances` and `Budget`; `start` is of another size.
     """
-    bounds = DataBounds.of(ReducedData.of(X, O, modalities))
+    budget = Budget(seconds)
+    if start is not None and not isinstance(start, Answers):
+        must = "must be earlier Answers"
+        raise StartError(
+            "start", value=type(start).__name__, must=must, remedy="Pass what solve_many returned."
+        )
+    earlier = None if start is None else start.data
+    bounds = DataBounds.of(ReducedData.of(X, O, modalities, earlier=earlier))
     penalties = Penalties(lambda1, lambda2, lambda3)
-    batch = BatchSolver.of(bounds, penalties, Tolerances(relative_tolerance, absolute_tolerance), start)
+    tolerances = Tolerances(relative_tolerance, absolute_tolerance)
+    batch = BatchSolver.of(bounds, penalties, tolerances, start, budget)
     batch.finish()
     return batch.answers()
 
@@ -292,6 +304,7 @@ def solve_path(
     modalities: Any = None,
     relative_tolerance: float = RELATIVE,
     absolute_tolerance: float = ABSOLUTE,
+    seconds: float = SECONDS,
 ) -> Iterator[Answers]:
     """`solve_many` for each choice of the lambdas in a grid; the data are read once.
 
@@ -299,8 +312,8 @@ def solve_path(
 
     Parameters
     ----------
-    X, O, modalities, relative_tolerance, absolute_tolerance
-        See `solve_many`.
+    X, O, modalities, relative_tolerance, absolute_tolerance, seconds
+        See `solve_many`; the budget is that of each step of the path.
     grid : iterable of Penalties or (lambda1, lambda2, lambda3)
 
     Yields
@@ -311,7 +324,7 @@ def solve_path(
     bounds, last = DataBounds.of(ReducedData.of(X, O, modalities)), None
     tolerances = Tolerances(relative_tolerance, absolute_tolerance)
     for triple in grid:
-        batch = BatchSolver.of(bounds, Penalties.of(triple), tolerances, last)
+        batch = BatchSolver.of(bounds, Penalties.of(triple), tolerances, last, Budget(seconds))
         batch.finish()
         last = batch.answers()
         yield last

@@ -9,6 +9,7 @@ from convexperc import enclosure
 from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.certificate import Certificate, Certifier
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
+from convexperc.enclosure.budget import SECONDS, Budget
 from convexperc.errors import InputError, SolverError
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.formulation import residuals
@@ -43,6 +44,7 @@ def solve(
     escalate: bool | None = None,
     relative_tolerance: float = RELATIVE,
     absolute_tolerance: float = ABSOLUTE,
+    seconds: float = SECONDS,
 ) -> Solution:
     """Minimise F and prove how well.
 
@@ -60,11 +62,14 @@ def solve(
         `solver` then says so. Without: yes if no solver is named, no if the answer of a named one is wanted.
     relative_tolerance, absolute_tolerance : float
         See `convexperc.certificate.Tolerances`.
+    seconds : float
+        For ball arithmetic, where it is needed; see `convexperc.enclosure.budget.Budget`.
 
     Returns
     -------
     Solution
-        Its `status` says whether it is certified; nothing else does.
+        Its `status` says whether it is certified; nothing else does. Its `reason` says whether the budget
+        ended the search.
 
     Raises
     ------
@@ -72,10 +77,24 @@ def solve(
         `solver` is no solver.
     ToleranceError
         A tolerance is no finite number >= 0.
+    BudgetError
+        `seconds` is no number > 0.
     SolverError, ArithmeticError, numpy.linalg.LinAlgError
         The solver gave no point at all, and `escalate` is false.
     """
     tolerances = Tolerances(relative_tolerance, absolute_tolerance)
+    return solved(problem, solver, tolerances, Budget(seconds), escalate=escalate)
+
+
+def solved(
+    problem: Problem,
+    solver: Solver | None,
+    tolerances: Tolerances,
+    budget: Budget,
+    *,
+    escalate: bool | None = None,
+) -> Solution:
+    """`solve` within what is left of a budget."""
     if escalate is None:
         escalate = solver is None
     solver = Newton() if solver is None else solver
@@ -97,7 +116,9 @@ def solve(
         nothing = np.zeros(problem.n), np.zeros(problem.d)
         result = SolverResult(*nothing, f"failed: {reason}", 0)
     timings = Timings(normalised - start, time.perf_counter() - normalised, 0.0)
-    return certified(problem, scaling, solver.name, result, tolerances, escalate=escalate, timings=timings)
+    return certified(
+        problem, scaling, solver.name, result, tolerances, budget if escalate else None, timings=timings
+    )
 
 
 def _as_given(failure: SolverError, problem: Problem) -> SolverError:
@@ -114,11 +135,11 @@ def certified(
     solver: str,
     result: SolverResult,
     tolerances: Tolerances,
+    budget: Budget | None,
     *,
-    escalate: bool,
     timings: Timings,
 ) -> Solution:
-    """Certify a solver's result on the problem as given; with `escalate`, ball arithmetic where that misses.
+    """Certify a solver's result on the problem as given; with a budget, ball arithmetic where that misses.
 
     Parameters
     ----------
@@ -130,7 +151,7 @@ def certified(
     result : SolverResult
         In normalised units.
     tolerances : Tolerances
-    escalate : bool
+    budget : Budget, optional
     timings : Timings
         Of what was done before.
 
@@ -140,12 +161,17 @@ def certified(
     """
     began = time.perf_counter()
     answer = _best(Certifier.of(problem, scaling, tolerances=tolerances), result)
-    if escalate and not answer.certificate.certified and not broken_assumption():
-        solver, answer = f"{solver}, then ball arithmetic", _escalate(problem, answer)
+    reason = ""
+    if budget is not None and not answer.certificate.certified and not broken_assumption():
+        better, reason = _escalate(problem, answer, budget)
+        if better is not answer:
+            solver, answer = f"{solver}, then ball arithmetic", better
     w, u = answer.w, answer.u
     w.flags.writeable = u.flags.writeable = False
     took = Timings(timings.normalise, timings.solve, time.perf_counter() - began)
-    return Solution(problem, w, u, answer.certificate, solver, result.solver_status, result.iterations, took)
+    return Solution(
+        problem, w, u, answer.certificate, solver, result.solver_status, result.iterations, took, reason
+    )
 
 
 def _best(certifier: Certifier, result: SolverResult) -> _Answer:
@@ -189,12 +215,20 @@ def _with_zeros(problem: Problem, answer: _Answer) -> tuple[Vector, FeatureVecto
     return (w, u) if changed else None
 
 
-def _escalate(problem: Problem, answer: _Answer) -> _Answer:
-    """The better of two points, certified in ball arithmetic: the enclosure's own, and the answer's."""
-    point = enclosure.finite_start(answer.w, answer.u)
-    found, before = enclosure.enclose(problem, start=point), answer.certificate
+def _escalate(problem: Problem, answer: _Answer, budget: Budget) -> tuple[_Answer, str]:
+    """The better of two points, certified in ball arithmetic: the enclosure's own, and the answer's.
+
+    The answer as it is where there was no budget for that; and why no more is proved.
+    """
+    if budget.spent:
+        return answer, budget.reason
+    point, before = enclosure.finite_start(answer.w, answer.u), answer.certificate
+    found = enclosure.enclosed(problem, enclosure.NARROW, budget, start=point)
+    if budget.spent and not found.steps:
+        return answer, budget.reason
     own = _Answer(found.w, found.u, enclosure.certify_in_balls(problem, found, before))
-    if point is None:
-        return own
-    kept = _Answer(*point, enclosure.certify_in_balls(problem, found, before, point))
-    return own if own.better_than(kept) else kept
+    best = own
+    if point is not None:
+        kept = _Answer(*point, enclosure.certify_in_balls(problem, found, before, point))
+        best = own if own.better_than(kept) else kept
+    return best, "" if best.certificate.certified else found.reason

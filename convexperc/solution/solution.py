@@ -63,6 +63,8 @@ class Solution:
         What that solver said of its answer; not a proof, and not used.
     iterations : int
     timings : Timings
+    reason : str
+        Why ball arithmetic did not prove more; empty where it did, or was not asked.
     """
 
     problem: Problem
@@ -73,6 +75,7 @@ class Solution:
     solver_status: str
     iterations: int
     timings: Timings = field(repr=False)
+    reason: str = ""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

@@ -38,23 +38,25 @@ from numpy.typing import NDArray
 
 from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.enclosure.balls import (
-    ExactData,
     Number,
     Numbers,
-    ReducedBalls,
     column,
     dot,
     exact_matrix,
     float_above,
     float_below,
+    matrix_cost,
     midpoint,
     precision,
     times,
 )
+from convexperc.enclosure.budget import SECONDS, Budget, OutOfBudget
 from convexperc.enclosure.central_path import Central
 from convexperc.enclosure.convexity import Curvature, RankUnknownError, principal
-from convexperc.enclosure.enclosure import Enclosure
+from convexperc.enclosure.exact_data import ExactData
 from convexperc.enclosure.interval import dual_value, objective_at, primal_value
+from convexperc.enclosure.reduced import ReducedBalls
+from convexperc.enclosure.result import Enclosure
 from convexperc.errors import PointError
 from convexperc.problem.problem import Problem
 from convexperc.solution.solution import Solution
@@ -108,7 +110,9 @@ class WeightIntervals:
     gap: float
 
 
-def weight_intervals(solution: Solution, enclosure: Enclosure | None = None) -> WeightIntervals:
+def weight_intervals(
+    solution: Solution, enclosure: Enclosure | None = None, *, seconds: float = SECONDS
+) -> WeightIntervals:
     """Enclose every optimal weight.
 
     Parameters
@@ -118,6 +122,9 @@ def weight_intervals(solution: Solution, enclosure: Enclosure | None = None) -> 
     enclosure : Enclosure, optional
         That of the same problem. Its point is good to some 18 digits, a float64 solution only to the square
         root of its gap.
+    seconds : float
+        For ball arithmetic and exact numbers; see `convexperc.enclosure.budget.Budget`. Where they do not
+        suffice, nothing is determined, and the reason says so.
 
     Returns
     -------
@@ -127,25 +134,35 @@ def weight_intervals(solution: Solution, enclosure: Enclosure | None = None) -> 
     ------
     PointError
         The enclosure has another number of views or modalities.
+    BudgetError
+        `seconds` is no number > 0.
     """
-    problem = solution.problem
+    problem, budget = solution.problem, Budget(seconds)
     if enclosure is not None and (len(enclosure.exact.w), len(enclosure.exact.t)) != (problem.n, problem.m):
         raise PointError("enclosure", value=enclosure, must="must be that of the solution's problem")
     broken = broken_assumption()
     if broken:
-        return WeightIntervals(
-            _unknown(problem.n, -math.inf, broken), _unknown(problem.m, 0.0, broken), math.inf
-        )
-    first, data = BITS[0] if enclosure is None else max(BITS[0], enclosure.bits), ExactData.of(problem)
+        return _nothing(problem, broken)
+    try:
+        return _intervals(solution, enclosure, budget)
+    except OutOfBudget:
+        return _nothing(problem, budget.reason)
+
+
+def _intervals(solution: Solution, enclosure: Enclosure | None, budget: Budget) -> WeightIntervals:
+    """The intervals, within the budget."""
+    problem, first = solution.problem, BITS[0] if enclosure is None else max(BITS[0], enclosure.bits)
+    with budget.running():
+        data = ExactData.of(problem, budget)
     for bits in (first, *(more for more in BITS if more > first)):
-        with precision(bits):
+        with precision(bits), budget.running():
             reduced = ReducedBalls.of(problem, (0, 0), data)
             point = _solved(solution, reduced) if enclosure is None else _refined(enclosure, reduced)
             zeros = _proved_zeros(reduced, point, solution)
             views = _views(problem, reduced, point, ~zeros[0])
             if views.reason != OPEN:
                 break
-    with precision(bits):
+    with precision(bits), budget.running():
         modalities = _modalities(reduced, point, views, ~zeros[1])
         return WeightIntervals(views.outward(-math.inf), modalities.outward(0.0), float_above(point.gap))
 
@@ -186,6 +203,12 @@ class _Balls:
         lower = [least if v is None else max(least, float_below(v)) for v in values]
         upper = [math.inf if v is None else float_above(v) for v in values]
         return Intervals(np.array(lower), np.array(upper), known, "" if known.all() else self.reason)
+
+
+def _nothing(problem: Problem, reason: str) -> WeightIntervals:
+    """Nothing is determined."""
+    views, modalities = _unknown(problem.n, -math.inf, reason), _unknown(problem.m, 0.0, reason)
+    return WeightIntervals(views, modalities, math.inf)
 
 
 def _unknown(count: int, least: float, reason: str) -> Intervals:
@@ -304,6 +327,7 @@ def _multipliers(reduced: ReducedBalls, K: list[Any], w: Numbers, q: Numbers) ->
     pseudo-inverse of M and t about the solution, so that L M is about I and the right side is small.
     """
     n, k = reduced.n, len(K)
+    reduced.budget.require(matrix_cost(n * k * (n + k)))
     columns = [times(gram, q) for gram in K]
     M = flint.arb_mat([[columns[i][a] for i in range(k)] for a in range(n)])
     middle = M.mid()

@@ -94,12 +94,15 @@ class Conic:
         Largest number of steps of iterative refinement for each linear system.
     max_iterations : int
         Of the interior point method.
+    time_limit : float
+        Seconds after which Clarabel returns the point that it has; the status says so.
     """
 
     tolerance: float = 1e-12
     regularisation: float = 1e-12
     refinements: int = 50
     max_iterations: int = 400
+    time_limit: float = 600.0
     _cache: ModelCache = field(default_factory=ModelCache, compare=False, repr=False)
 
     @property
@@ -118,26 +121,28 @@ class Conic:
         with self._cache.lock:
             model = self._cache.model(problem)
             model.assign(problem)
-            found = self._solve(model)
+            found, late = self._solve(model)
         w, u = (found.primal_vars.get(variable.id) for variable in (model.w, model.u))
         if w is None or u is None:
             remedy = "Normalise the problem (convexperc.solve does) or choose another solver."
             raise SolverError("Clarabel", value=found.status, must="must return a point", remedy=remedy)
-        iterations = int(found.attr.get("num_iters") or 0)
-        return SolverResult(
-            np.array(w, dtype=np.float64), np.array(u, dtype=np.float64), str(found.status), iterations
-        )
+        status, iterations = str(found.status), int(found.attr.get("num_iters") or 0)
+        if late:
+            status = f"{status}; the time limit of {self.time_limit:g} s is reached"
+        return SolverResult(np.array(w, dtype=np.float64), np.array(u, dtype=np.float64), status, iterations)
 
-    def _solve(self, model: Model) -> Any:
-        """CVXPY's solution, step by step: `cvxpy.Problem.solve` warns, and would start where it was before.
+    def _solve(self, model: Model) -> tuple[Any, bool]:
+        """CVXPY's solution, and whether the time ended the search for it.
 
-        A warning can be silenced for the whole process only, whatever its other threads ask.
+        Step by step, since `cvxpy.Problem.solve` warns, and would start where it was before. A warning can be
+        silenced for the whole process only, whatever its other threads ask.
         """
         options = {
             "tol_gap_abs": self.tolerance,
             "tol_gap_rel": self.tolerance,
             "tol_feas": self.tolerance,
             "max_iter": self.max_iterations,
+            "time_limit": self.time_limit,
             "static_regularization_constant": self.regularisation,
             "iterative_refinement_max_iter": self.refinements,
             "iterative_refinement_reltol": 1e-15,
@@ -151,7 +156,7 @@ class Conic:
             raise _failed(str(problem)) from problem
         if found.status in cp.settings.ERROR:
             raise _failed(str(found.status))
-        return found
+        return found, str(raw.status) == "MaxTime"
 
 
 def _failed(reason: str) -> SolverError:

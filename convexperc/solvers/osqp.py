@@ -3,6 +3,7 @@
 import signal
 import threading
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import osqp
@@ -33,10 +34,13 @@ class Quadratic:
         OSQP's eps_abs and eps_rel; its polish step goes beyond the accuracy that ADMM reaches.
     max_iterations : int
         Of ADMM.
+    time_limit : float
+        Seconds after which OSQP returns the point that it has; the status says so.
     """
 
     tolerance: float = 1e-9
     max_iterations: int = 200_000
+    time_limit: float = 60.0
 
     @property
     def name(self) -> str:
@@ -58,15 +62,27 @@ class Quadratic:
         P, c, A, lower, upper = _matrices(problem)
         solver = osqp.OSQP()
         settings = {"eps_abs": self.tolerance, "eps_rel": self.tolerance, "max_iter": self.max_iterations}
-        solver.setup(P, c, A, lower, upper, verbose=False, polishing=True, polish_refine_iter=20, **settings)
+        settings |= {"time_limit": self.time_limit, "polishing": True, "polish_refine_iter": 20}
+        solver.setup(P, c, A, lower, upper, verbose=False, **settings)
         with _ALONE:
             result = solver.solve(raise_error=False)
         if result.info.status_val == osqp.SolverStatus.OSQP_SIGINT:
             signal.raise_signal(signal.SIGINT)  # OSQP has taken it; it is meant for Python
         x = result.x
         if x is None or not np.isfinite(x).all():
-            raise SolverError("OSQP", value=result.info.status, must="must return a point")
-        return SolverResult(x[:n].copy(), x[n : n + d].copy(), str(result.info.status), int(result.info.iter))
+            raise SolverError("OSQP", value=self._status(result.info), must="must return a point")
+        return SolverResult(
+            x[:n].copy(), x[n : n + d].copy(), self._status(result.info), int(result.info.iter)
+        )
+
+    def _status(self, info: Any) -> str:
+        """What OSQP says; at its limit that may be "solved inaccurate", too."""
+        ended = info.status_val != osqp.SolverStatus.OSQP_SOLVED and info.run_time >= self.time_limit
+        return (
+            f"{info.status}; the time limit of {self.time_limit:g} s is reached"
+            if ended
+            else str(info.status)
+        )
 
 
 def _matrices(

@@ -75,7 +75,7 @@ def _nothing_doubtful(*arguments: Any) -> Any:
     return np.empty(0, dtype=np.int64)
 
 
-def _narrowed_by_first_entry(found: Any) -> Any:
+def _narrowed_by_first_entry(found: Any, budget: Any) -> Any:
     """Rivals narrowed once for all that have the same first entry."""
     if found.verdict is not Verdict.UNDECIDED:
         return found

@@ -186,7 +186,7 @@ ANSWERS = (
         "B2/answered",
         together(
             result_of(Newton, halved_penalties),
-            replaced(solving, "_escalate", lambda problem, answer: answer),
+            replaced(solving, "_escalate", lambda problem, answer, budget: (answer, "")),
         ),
     ),
     Fault(

@@ -20,7 +20,8 @@ from typer.testing import CliRunner
 
 import convexperc.recognition
 import convexperc.solvers.newton.method
-from convexperc.cli.main import app
+from convexperc.cli.main import BUDGET, app
+from convexperc.enclosure.budget import SECONDS
 from convexperc.errors import InputError, SolverError
 from convexperc.features import FeatureConfiguration
 from convexperc.files import write_json
@@ -32,6 +33,7 @@ from convexperc.report.tables import above, below
 from convexperc.solution.single import solve
 from convexperc.solvers.conic import Conic
 from convexperc.solvers.interface import SolverResult
+from verification import proof_checker
 
 QUICK = FeatureConfiguration(
     working_size=(32, 32), color_bins=8, hog_pixels_per_cell=(8, 8), lbp_points=8, lbp_radius=1.0, lbp_bins=10
@@ -299,6 +301,28 @@ def test_recognize_wants_one_source_and_sound_options(folders, tmp_path, monkeyp
         result = expect(2, run(*arguments))
         assert result.stderr, arguments
         assert result.stdout == "", result.stdout
+
+
+def test_a_budget_that_does_not_suffice_is_named(answered, monkeypatch, tmp_path):
+    def guess(_, problem):
+        return SolverResult(np.ones(problem.n), np.ones(problem.d), "optimal, honestly", 1)
+
+    monkeypatch.setattr(convexperc.solvers.newton.method.Newton, "solve", guess)
+    proof = tmp_path / "proof.json"
+    done = expect(1, run("solve", answered[0], "--seconds", "1e-9", "--proof", proof))
+    shown = " ".join(done.stdout.split())
+    assert "the budget of 1e-09 s for ball arithmetic does not suffice" in shown, shown
+    assert "proof file 0.558" in shown, shown
+    assert proof_checker.check(proof).proved
+    assert "does not suffice" not in expect(0, run("solve", answered[0], "--seconds", "inf")).stdout
+    assert BUDGET == SECONDS
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "nan"])
+def test_an_illegal_budget_is_misuse(folders, answered, value):
+    for arguments in (("solve", answered[0]), recognize_arguments(folders)):
+        result = expect(2, run(*arguments, "--seconds", value))
+        assert result.stderr.startswith("error: seconds must be a number > 0"), result.stderr
 
 
 @pytest.mark.parametrize("value", ["-1", "nan", "inf"])

@@ -11,10 +11,11 @@ import pytest
 from convexperc.certificate.certificate import certify
 from convexperc.certificate.rationals import PRIME, exact_optimum
 from convexperc.enclosure.active_set import ActiveSetNewton, Start
-from convexperc.enclosure.balls import ReducedBalls, precision
+from convexperc.enclosure.balls import precision
 from convexperc.enclosure.central_path import Central
 from convexperc.enclosure.enclosure import certify_in_balls, enclose
 from convexperc.enclosure.interval import _limited, dual_value, objective_at, primal_value
+from convexperc.enclosure.reduced import ReducedBalls
 from convexperc.errors import PrecisionError
 from convexperc.problem.problem import Problem
 from convexperc.problem.scaling import Scaling

@@ -304,3 +304,51 @@ def test_the_reference_that_does_not_fit_is_named():
             ProblemError, match="reference 'a' must have one entry for each of the 20 columns"
         ):
             recognize(X, references, **LAMBDAS)
+
+
+@pytest.mark.parametrize("changed", [[], [1], [0, 3]])
+def test_views_that_have_not_changed_are_not_multiplied_again(changed, monkeypatch):
+    rng = np.random.default_rng(5)
+    X, O = rng.random((5, 5000)), rng.random((5000, 4))
+    library = TemplateLibrary(O, modalities=[4500, 500])
+    first = recognize(X, library, **LAMBDAS)
+    again = X.copy()
+    again[changed] = 100.0 * rng.random((len(changed), 5000))
+    anew = recognize(again, library, **LAMBDAS)
+    whole, multiplied = anew.answers.data, []
+    product = Reduction.product
+    monkeypatch.setattr(Reduction, "of", None)
+    monkeypatch.setattr(
+        Reduction, "product", lambda self, O, rows: multiplied.extend(rows) or product(self, O, rows)
+    )
+    found = recognize(again, library, start=first, **LAMBDAS)
+    assert multiplied == changed
+    data = found.answers.data
+    for name in ("G", "K", "C"):
+        one, two = getattr(data, name), getattr(whole, name)
+        assert np.allclose(one, two, rtol=1e-14, atol=0.0), (name, one, two)
+    assert all(np.array_equal(matrix, matrix.T) for matrix in (data.G, *data.K))
+    assert (found.certified, found.verdict, found.label) == (True, anew.verdict, anew.label)
+
+
+def test_a_product_that_is_kept_by_mistake_would_be_seen():
+    """The planted fault: rows that have changed are taken for the earlier ones."""
+    rng = np.random.default_rng(6)
+    X, library = rng.random((4, 30)), TemplateLibrary(rng.random((30, 3)))
+    earlier = ReducedData.of(X, library)
+    kept = earlier.views.reduction.replaced(2.0 * X, np.array([0]))
+    assert not np.allclose(kept.G, (2.0 * X) @ (2.0 * X).T)
+
+
+@pytest.mark.parametrize("other", ["library", "size", "most rows"])
+def test_what_does_not_fit_is_multiplied_anew(other):
+    rng = np.random.default_rng(7)
+    X, O = rng.random((4, 30)), rng.random((30, 3))
+    library = TemplateLibrary(O)
+    earlier = ReducedData.of(X, library)
+    if other == "library":
+        library = TemplateLibrary(rng.random((30, 3)))
+    X = X[:3] if other == "size" else rng.random(X.shape)
+    found, whole = ReducedData.of(X, library, earlier=earlier), ReducedData.of(X, library)
+    for name in ("G", "K", "C"):
+        assert getattr(found, name).tobytes() == getattr(whole, name).tobytes(), name

@@ -188,3 +188,10 @@ def test_few_iterations_are_an_uncertified_answer_and_no_error():
     assert not found.certificate.certified, (found.solver_status, found.certificate.relative_gap)
     assert found.solver_status != "optimal"
     assert found.iterations <= 3, found.iterations
+
+
+def test_a_limit_of_time_ends_the_search_and_the_status_says_so():
+    found = solve(instance(0), Conic(time_limit=1e-9))
+    assert found.solver_status == "user_limit; the time limit of 1e-09 s is reached"
+    assert not found.certificate.certified, found.certificate.relative_gap
+    assert solve(instance(0), Conic()).solver_status == "optimal"

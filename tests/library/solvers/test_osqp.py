@@ -126,9 +126,19 @@ def test_solvers_at_once_leave_the_handler_of_interrupts(interrupts):
 
 
 def test_an_interrupt_that_osqp_takes_is_passed_on(interrupts, monkeypatch):
-    info = SimpleNamespace(status_val=osqp.SolverStatus.OSQP_SIGINT, status="interrupted", iter=1)
+    info = SimpleNamespace(
+        status_val=osqp.SolverStatus.OSQP_SIGINT, status="interrupted", iter=1, run_time=0.0
+    )
     stopped = SimpleNamespace(x=None, info=info)
     monkeypatch.setattr(osqp.OSQP, "solve", lambda self, **settings: stopped)
     with pytest.raises(SolverError, match="interrupted"):
         Quadratic().solve(instance(0))
     assert interrupts == [signal.SIGINT]
+
+
+def test_a_limit_of_time_ends_the_search_and_the_status_says_so():
+    found = solve(instance(3), Quadratic(time_limit=1e-9))
+    assert found.solver_status.endswith("; the time limit of 1e-09 s is reached"), found.solver_status
+    assert found.iterations <= 1, found.iterations
+    assert found.status is Status.NOT_CERTIFIED, found.certificate
+    assert solve(instance(3), Quadratic()).solver_status == "solved"
