@@ -72,6 +72,7 @@ def _by_machine_code(gray: GrayPicture, configuration: FeatureConfiguration) -> 
     cells = _cells(gray, configuration)
     blocks = np.lib.stride_tricks.sliding_window_view(cells, configuration.hog_cells_per_block, axis=(0, 1))
     rows = np.moveaxis(blocks, 2, 4).reshape(blocks.shape[0] * blocks.shape[1], -1)
+    rows = np.ascontiguousarray(rows)  # so that a block is summed in scikit-image's order
     return _normalised(rows, configuration.hog_block_norm).ravel()
 
 

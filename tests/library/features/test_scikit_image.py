@@ -85,6 +85,15 @@ def test_every_configuration_gives_the_values_of_scikit_image(gray, record):
     assert not differences(np.ascontiguousarray(fitted), configuration), record
 
 
+@pytest.mark.parametrize("norm", ["L1", "L1-sqrt", "L2", "L2-Hys"])
+@pytest.mark.parametrize("block", [(8, 1), (1, 8), (3, 5), (9, 1)])
+def test_blocks_of_one_direction_have_the_values_of_scikit_image(block, norm):
+    configuration = FeatureConfiguration(
+        hog_orientations=1, hog_pixels_per_cell=(2, 2), hog_cells_per_block=block, hog_block_norm=norm
+    )
+    assert not differences(PICTURES["noise"], configuration)
+
+
 @given(gray=gray_views(high=16), record=records())
 @settings(deadline=None, max_examples=25)
 def test_the_interpreted_kernels_give_the_values_of_scikit_image(gray, record):
