@@ -15,7 +15,8 @@ from typing import Any
 import numba
 from llvmlite import binding
 from numba.core import types as numba_types
-from numba.core.compiler import CompileResult
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, CompileResult
 from numba.core.serialize import dumps
 
 from convexperc.errors import warn_once
@@ -24,8 +25,39 @@ from convexperc.kernels.identity import called
 from convexperc.kernels.routines import Routine
 
 ADDRESS = numba_types.intp
+
+
+class Part(JITCodeLibrary):
+    """What a kernel calls: optimised and turned into machine code with the kernel that it is linked into.
+
+    Numba does this for every function, each with all that it calls, which takes about as long again.
+    """
+
+    def _optimize_final_module(self) -> None:
+        """Left to the kernel."""
+
+    def _finalize_final_module(self) -> None:
+        """The part of it that linking needs."""
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._finalized = True
+
+
+class PartCompiler(Compiler):
+    """Compiles into a `Part`."""
+
+    def compile_extra(self, func: Any) -> Any:
+        """Make code for other kernels to call, and nothing that Python could."""
+        state = self.state
+        codegen, state.flags.no_compile = state.targetctx.codegen(), True
+        state.library = Part(codegen, func.__qualname__)  # type: ignore[no-untyped-call]
+        result = super().compile_extra(func)  # type: ignore[no-untyped-call]
+        key = [func].copy  # only has to be a built-in function, and to differ from all others
+        state.targetctx.insert_user_function(key, result.fndesc, [result.library])
+        return result._replace(entry_point=key)
+
+
 OUTER = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "_nrt": False}
-INNER = {**OUTER, "no_cpython_wrapper": True}
+INNER = {**OUTER, "no_cpython_wrapper": True, "pipeline_class": PartCompiler}
 """Options of a kernel, which is called from Python, and of what it calls. Kernels allocate nothing; without
 Numba's counting of references to arrays they take less than half the time. They run without the interpreter's
 lock: all that they touch is that of their caller."""
