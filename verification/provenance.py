@@ -44,6 +44,7 @@ SOLVING = tuple(
         "certificate",
         "enclosure",
         "solution",
+        "caching.py",
         "errors.py",
         "faces.py",
         "files.py",

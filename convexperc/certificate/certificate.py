@@ -7,12 +7,12 @@ rounding included (docs/rounding.md has the proofs, and what they assume of the 
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.caching import cached_property
 from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.duality import DualPoint, GapTerms, dual_points, dual_value, gap_terms
 from convexperc.certificate.evaluation import NormalizedData, PrimalPoint

@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
+from convexperc.caching import cached_property
 from convexperc.certificate.rounding import (
     UNDERFLOW,
     Ball,

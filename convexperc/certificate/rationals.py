@@ -6,12 +6,12 @@ the linear algebra over Q. It is loaded when the first such case is met, not whe
 
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.caching import cached_property
 from convexperc.certificate.rounding import Ball
 from convexperc.problem.arrays import FeatureVector, Matrix, Vector
 from convexperc.problem.problem import Problem

@@ -9,12 +9,12 @@ Rump, Verification of positive definiteness, BIT 46 (2006).
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.caching import cached_property
 from convexperc.problem.arrays import Matrix
 
 U = 2.0**-53

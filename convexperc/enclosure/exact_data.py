@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import flint
 
+from convexperc.caching import cached_property
 from convexperc.certificate.rationals import READ_COST, RowSpace
 from convexperc.enclosure.balls import Numbers, exact_matrix, matrix_cost, precision, times
 from convexperc.enclosure.budget import Budget, unlimited

@@ -11,12 +11,12 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 import flint
 import numpy as np
 
+from convexperc.caching import cached_property
 from convexperc.certificate.certificate import Certificate
 from convexperc.certificate.duality import DualPoint
 from convexperc.certificate.rationals import (

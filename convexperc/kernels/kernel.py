@@ -11,11 +11,11 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from convexperc.caching import cached_property
 from convexperc.errors import installed, require, warn_once
 from convexperc.kernels import machine_code
 from convexperc.kernels.identity import digest

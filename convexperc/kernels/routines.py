@@ -6,8 +6,9 @@ Interpreted and compiled code call the same function in memory, so that both giv
 import ctypes
 import importlib
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
+
+from convexperc.caching import cached_property
 
 
 @dataclass(frozen=True)

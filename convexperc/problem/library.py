@@ -3,17 +3,16 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from convexperc.caching import cached_property
 from convexperc.errors import InputError, ModalityError, ProblemError, TemplateNameError
 from convexperc.problem.arrays import BLOCK, FeatureVector, real_array
 from convexperc.problem.conversion import held_exactly
-from convexperc.problem.modalities import Modalities
-from convexperc.problem.reduction import CHUNK
+from convexperc.problem.modalities import CHUNK, Modalities
 
 SAFE_SQUARE = 2.0**200
 """Squared lengths beyond this, or below its inverse, are left to `solve`: products may underflow."""
@@ -189,8 +188,8 @@ class Lengths:
         Where the length is neither 0 nor out of the safe range.
     exponents : int (p,)
         k_j; 0 where the length is not sound.
-    doubled : int (p,)
-        2 k_j.
+    inverses, fourfold : float64 (p,)
+        2^-k_j and 4^k_j.
     targets : float64 (p,)
         ||o_j_||^2, to rounding.
     squares : float64 (p,)
@@ -205,7 +204,8 @@ class Lengths:
 
     sound: Bool[np.ndarray, " p"]
     exponents: Int[np.ndarray, " p"]
-    doubled: Int[np.ndarray, " p"]
+    inverses: Float[np.ndarray, " p"]
+    fourfold: Float[np.ndarray, " p"]
     targets: Float[np.ndarray, " p"]
     squares: Float[np.ndarray, " p"]
     largest: int
@@ -220,8 +220,8 @@ class Lengths:
         targets, largest = np.ldexp(squares, -2 * exponents), int(exponents.max())
         units = np.ldexp(1.0, 2 * (exponents - largest))
         spread = float(squares.max() / squares.min()) if sound.all() else math.inf
-        doubled = 2 * exponents
-        return cls(sound, exponents, doubled, targets, np.ldexp(targets, doubled), largest, spread, units)
+        inverses, fourfold = np.ldexp(1.0, -exponents), np.ldexp(1.0, 2 * exponents)
+        return cls(sound, exponents, inverses, fourfold, targets, targets * fourfold, largest, spread, units)
 
 
 def length_exponents(squares: Any) -> Any:

@@ -7,11 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.caching import cached_property
 from convexperc.errors import ModalityError
 from convexperc.problem.arrays import euclidean_length
 from convexperc.problem.conversion import refuse_mask
 
 Columns = slice | NDArray[np.int64]
+CHUNK = 4096
+"""Columns that are multiplied at a time: a product's rounding grows with the length of its sums."""
 REMEDY = "Give each modality at least one column, and each column exactly one modality."
 
 
@@ -93,6 +96,11 @@ class Modalities:
         """Number of columns d_i of each modality."""
         return tuple(len(range(*c.indices(self.d))) if isinstance(c, slice) else c.size for c in self.columns)
 
+    @cached_property
+    def chunks(self) -> tuple[tuple[Columns, ...], ...]:
+        """The columns of each modality, at most `CHUNK` at a time."""
+        return tuple(tuple(_chunks(columns, self.d)) for columns in self.columns)
+
     def norms(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
         """||u^i||_2 of each modality, shape (m,), safe against overflow and underflow."""
         return np.array([euclidean_length(u[c]) for c in self.columns])
@@ -106,6 +114,15 @@ class Modalities:
     def permuted(self, order: Sequence[int]) -> "Modalities":
         """The same groups of columns, listed in another order."""
         return Modalities(tuple(self.names[i] for i in order), tuple(self.columns[i] for i in order), self.d)
+
+
+def _chunks(columns: Columns, d: int) -> Iterator[Columns]:
+    if not isinstance(columns, slice):
+        yield from (columns[first : first + CHUNK] for first in range(0, columns.size, CHUNK))
+        return
+    start, stop, _ = columns.indices(d)
+    for first in range(start, stop, CHUNK):
+        yield slice(first, min(first + CHUNK, stop))
 
 
 def _check_names(names: tuple[Any, ...]) -> None:
