@@ -2,25 +2,19 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from convexperc.caching import cached_property
 from convexperc.certificate.arithmetic import broken_assumption
+from convexperc.certificate.cases import NO_EXCLUSION, AnswerBounds, Cases, Exclusion, GramBounds, new_numbers
 from convexperc.certificate.lasso import Distinct, bound_merged
-from convexperc.certificate.reduced import (
-    LARGEST_NUMBER,
-    UNDERFLOW_SUM,
-    AnswerBounds,
-    Cases,
-    GramBounds,
-    bounding_kernel,
-    new_room,
-)
+from convexperc.certificate.reduced import LARGEST_NUMBER, UNDERFLOW_SUM, bounding_kernel
 from convexperc.certificate.rounding import gamma
 from convexperc.certificate.tolerances import Tolerances
+from convexperc.problem.arrays import every, highest, lowest
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.reduced import ReducedData
 
@@ -64,11 +58,12 @@ class DataBounds:
     @classmethod
     def of(cls, data: ReducedData) -> "DataBounds":
         """Bound the lengths of the rows of X_ and of their parts, and all rounding (Lemma R40)."""
-        n, m, squares = data.n, data.m, np.einsum("ijj->ij", data.K)
+        n, m = data.n, data.m
         g = gamma(data.views.reduction.depth + 4 * n + 4 * m + 64)
-        lengths = np.sqrt(squares * (1.0 + 4 * g) + UNDERFLOW_SUM)
-        rows = np.sqrt((lengths**2).sum(axis=0)) * (1.0 + g)
-        blocks = np.sqrt((lengths**2).sum(axis=1)) * (1.0 + g)
+        lengths = np.sqrt(data.K.reshape(m, -1)[:, :: n + 1] * (1.0 + 4 * g) + UNDERFLOW_SUM)
+        squares = lengths * lengths
+        rows = np.sqrt(np.add.reduce(squares, axis=0)) * (1.0 + g)
+        blocks = np.sqrt(np.add.reduce(squares, axis=1)) * (1.0 + g)
         return cls(data, GramBounds(data.G, data.K, lengths, rows, blocks, g))
 
     @cached_property
@@ -79,7 +74,7 @@ class DataBounds:
             return np.zeros(data.p), np.full(data.p, np.inf)
         found = data.library.lengths.squares
         lower, upper = found * (1.0 - g), found * (1.0 + g)
-        if not data.sound.all():
+        if not every(data.sound):
             lower[~data.sound], upper[~data.sound] = 0.0, np.inf
         return lower, upper
 
@@ -112,9 +107,9 @@ class DataBounds:
         """
         if penalties.uncoupled and not self.independent:
             return np.zeros(self.data.p, dtype=bool)
-        inside = (lambdas >= 1.0 / LARGEST_NUMBER) & (lambdas <= LARGEST_NUMBER)
-        if inside.all():
+        if lowest(lambdas) >= 1.0 / LARGEST_NUMBER and highest(lambdas) <= LARGEST_NUMBER:
             return self.data.sound
+        inside = (lambdas >= 1.0 / LARGEST_NUMBER) & (lambdas <= LARGEST_NUMBER)
         wanted = [k for k, given in enumerate(penalties) if given != 0.0]
         return np.asarray(inside[:, wanted].all(axis=1) & self.data.sound)
 
@@ -127,7 +122,6 @@ class DataBounds:
         *,
         tolerances: Tolerances | None,
         uncoupled: bool,
-        enough: Float[np.ndarray, " p"] | None = None,
     ) -> AnswerBounds:
         """Bound F* and the gaps of answers to some of the p templates.
 
@@ -145,8 +139,6 @@ class DataBounds:
             The search for a dual point ends with one that meets the relative one; None: with the first.
         uncoupled : bool
             Whether these lambdas make a lasso of the problem; see `Penalties`.
-        enough : float64 (p,), optional
-            Lower bounds of F* that settle what is asked, so that the search ends there too.
 
         Returns
         -------
@@ -154,24 +146,42 @@ class DataBounds:
             `known`, in normalised units.
         """
         data = self.data
+        if uncoupled:
+            self._put(known, chosen, self._merged(chosen, lambdas, points))
+            return self.settled(chosen, lambdas, points, known, 0, tolerances, NO_EXCLUSION)
+        tolerance = math.inf if tolerances is None else tolerances.relative
+        missed = bounding_kernel(
+            self.shared, Cases(data.C, data.targets, lambdas, *points), chosen, tolerance, *NO_EXCLUSION,
+            new_numbers(data.n, data.m), known,
+        )  # fmt: skip
+        return self.settled(chosen, lambdas, points, known, missed, tolerances, NO_EXCLUSION)
+
+    def settled(
+        self,
+        chosen: Int[np.ndarray, " k"],
+        lambdas: Float[np.ndarray, "p 3"],
+        points: Points,
+        known: AnswerBounds,
+        missed: int,
+        tolerances: Tolerances | None,
+        exclusion: Exclusion,
+    ) -> AnswerBounds:
+        """What `bound_reduced` has found, where it missed so many times what it searched for.
+
+        Tiny lambdas hide the dual point in rounding: the lasso is looked at, too. Where the arithmetic is not
+        sound, nothing is known.
+        """
+        data = self.data
         if broken_assumption(data.n):
             return self._put(known, chosen, AnswerBounds.unknown(chosen.size, data.n, data.m))
-        if uncoupled:
-            return self._put(known, chosen, self._merged(chosen, lambdas, points))
-        if enough is None:
-            enough = np.full(data.p, np.inf)
-        cases = Cases(data.C, data.targets, lambdas, *points)
-        tolerance = math.inf if tolerances is None else tolerances.relative
-        room = new_room(data.n, data.m)
-        if bounding_kernel(self.shared, cases, chosen, tolerance, enough, room, known) == 0:
-            return known
-        assert tolerances is not None  # with an infinite tolerance none is missed
-        met = tolerances.met(known.gap, known.lower, data.targets * SHORTENED) | (known.lower >= enough)
-        missed = chosen[~met[chosen]]
-        if missed.size and self.independent:  # tiny lambdas: rounding hides the dual point
-            below = self._merged(missed, lambdas, points)
-            known.lower[missed] = np.maximum(known.lower[missed], below.lower)
-            known.gap[missed] = np.minimum(known.gap[missed], below.gap)
+        if missed and tolerances is not None and self.independent:
+            met = tolerances.met(known.gap, known.lower, data.targets * SHORTENED)
+            if exclusion.units.size:
+                met |= known.lower * exclusion.units >= exclusion.most
+            left = chosen[~met[chosen]]
+            below = self._merged(left, lambdas, points)
+            known.lower[left] = np.maximum(known.lower[left], below.lower)
+            known.gap[left] = np.minimum(known.gap[left], below.gap)
         return known
 
     def _merged(

@@ -17,16 +17,16 @@ from typing import no_type_check
 import numpy as np
 from jaxtyping import Float, Int
 
-from convexperc.certificate.reduced import (
-    UNDERFLOW_SUM,
+from convexperc.certificate.cases import (
     AnswerBounds,
     Cases,
     GramBounds,
     case_of,
-    in_range,
-    new_room,
-    value_bounds,
+    forget,
+    new_numbers,
+    room_in,
 )
+from convexperc.certificate.reduced import UNDERFLOW_SUM, in_range, value_bounds
 from convexperc.certificate.rounding import U, gamma, smallest_eigenvalue
 from convexperc.kernels.kernel import Kernel
 from convexperc.problem.arrays import Matrix
@@ -94,17 +94,14 @@ def _floor(shared: GramBounds) -> float:
 
 
 @no_type_check
-def bound_lasso(shared, floor, cases, room, bounds):
+def bound_lasso(shared, floor, cases, numbers, bounds):
     """Fill in `bounds` for every template.
 
     Any point may be given; with lambda3 = 0, a good one has T = 1 and G Q about W, with lambda1 = 0, T = 0.
     """
+    room = room_in(numbers, cases.W.shape[1], cases.T.shape[1])
     for j in range(cases.C.shape[0]):
-        bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
-        for a in range(cases.W.shape[1]):
-            bounds.zero_views[j, a] = False
-        for i in range(cases.T.shape[1]):
-            bounds.zero_modalities[j, i] = False
+        forget(bounds, j)
         case = case_of(cases, j)
         if floor > 0.0 and in_range(case):
             _bound_one(shared, case, floor, room, bounds, j)
@@ -150,7 +147,7 @@ def _interpreted_seconds(shared: GramBounds, floor: float, cases: Cases, *rest: 
     return float(p * (3e-4 + 1e-6 * (shared.K.shape[0] + 1) * n * n))
 
 
-lasso_bounding_kernel = Kernel(bound_lasso, _interpreted_seconds, compile_seconds=3.0)
+lasso_bounding_kernel = Kernel(bound_lasso, _interpreted_seconds, compile_seconds=1.0)
 """`bound_lasso`, interpreted or compiled."""
 
 
@@ -182,7 +179,7 @@ def bound_merged(
     (p, n), m = C.shape, T.shape[1]
     bounds = AnswerBounds.unknown(p, n, m)
     cases = Cases(C, targets, lambdas, W, T, Q)
-    lasso_bounding_kernel(shared, distinct.floor, cases, new_room(n, m), bounds)
+    lasso_bounding_kernel(shared, distinct.floor, cases, new_numbers(n, m), bounds)
     if not distinct.repeated:
         return bounds
     k = distinct.counts.size
@@ -191,7 +188,7 @@ def bound_merged(
     np.add.at(sums.T, distinct.place, W.T)
     alone = lambdas * np.array([0.0, 1.0, 0.0])
     cases = Cases(distinct.merged(C), targets, alone, sums, np.zeros((p, m)), nothing)
-    lasso_bounding_kernel(distinct.shared, distinct.floor, cases, new_room(k, m), merged)
+    lasso_bounding_kernel(distinct.shared, distinct.floor, cases, new_numbers(k, m), merged)
     gap = (bounds.upper - merged.lower) * (1.0 + 8 * U)
     zeros = merged.zero_views[:, distinct.place]
     return bounds._replace(lower=merged.lower, gap=gap, zero_views=zeros)

@@ -16,11 +16,12 @@ bounded a priori: an entry of G, K_i or c is off by at most gamma_k times the le
 Source: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., section 3.1 (gamma_k).
 """
 
-from typing import NamedTuple, no_type_check
+from typing import no_type_check
 
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.certificate.cases import Cases, GramBounds, Value, case_of, forget, room_in
 from convexperc.certificate.rounding import U
 from convexperc.kernels.kernel import Kernel
 
@@ -29,209 +30,24 @@ LARGEST_NUMBER = 2.0**100
 UNDERFLOW_SUM = 2.0**-300
 """More than all underflows of one bound together."""
 
-Floats = NDArray[np.float64]
-
-
-class GramBounds(NamedTuple):
-    """What all templates share: Gram matrices, with bounds of lengths and rounding.
-
-    Attributes
-    ----------
-    G : float64 (n, n)
-    K : float64 (m, n, n)
-    lengths : float64 (m, n)
-        Upper bounds of the length of each modality's part of each row.
-    rows : float64 (n,)
-        Upper bounds of the length of each row.
-    blocks : float64 (m,)
-        Upper bounds of ||X_i||_F.
-    gamma : float
-        Relative error of an entry of G, K or c and of every sum that is formed of them.
-    """
-
-    G: Floats
-    K: Floats
-    lengths: Floats
-    rows: Floats
-    blocks: Floats
-    gamma: float
-
-
-class AnswerBounds(NamedTuple):
-    """What is proved of each of p answers, in the units of the reduced data.
-
-    Attributes
-    ----------
-    lower, upper, gap : float64 (p,)
-        lower <= F* <= F(w, u) <= upper, also for u as float64 stores it, and F(w, u) - F* <= gap.
-    modality_norms : float64 (p, m)
-        ||u^i||_2, to rounding.
-    zero_views : bool (p, n)
-        True where w*_j = 0 is proved.
-    zero_modalities : bool (p, m)
-        True where u*^i = 0 is proved.
-    """
-
-    lower: Floats
-    upper: Floats
-    gap: Floats
-    modality_norms: Floats
-    zero_views: NDArray[np.bool_]
-    zero_modalities: NDArray[np.bool_]
-
-    @classmethod
-    def unknown(cls, p: int, n: int, m: int) -> "AnswerBounds":
-        """Room for p answers of which nothing is known."""
-        return cls(
-            np.zeros(p), np.full(p, np.inf), np.full(p, np.inf), np.zeros((p, m)),
-            np.zeros((p, n), dtype=np.bool_), np.zeros((p, m), dtype=np.bool_),
-        )  # fmt: skip
-
-
-class Room(NamedTuple):
-    """Working memory.
-
-    Attributes
-    ----------
-    y : float64 (n,)
-        X(X'w - o).
-    e, e_error : float64 (n,)
-        Xu - w, and a bound of its error.
-    b, b_error : float64 (n,)
-        The dual point's b, and a bound of its error.
-    v, v_error : float64 (n,)
-        X a - b, and a bound of its error.
-    z : float64 (m, n)
-        K_i q.
-    Kb : float64 (m, n)
-        K_i b.
-    tau : float64 (m,)
-        sum_j |q_j| times the length of modality i's part of row j, which bounds ||X_i'q||.
-    low, high : float64 (m,)
-        Bounds of ||X_i'q||.
-    reach : float64 (m,)
-        Upper bounds of ||X_i'b||.
-    pull : float64 (m,)
-        Upper bounds of q'K_i b.
-    """
-
-    y: Floats
-    e: Floats
-    e_error: Floats
-    b: Floats
-    b_error: Floats
-    v: Floats
-    v_error: Floats
-    z: Floats
-    Kb: Floats
-    tau: Floats
-    low: Floats
-    high: Floats
-    reach: Floats
-    pull: Floats
-
-
-class Case(NamedTuple):
-    """One template and its answer, normalised.
-
-    Attributes
-    ----------
-    c : float64 (n,)
-        X o.
-    target : float
-        ||o||^2.
-    lambdas : float64 (3,)
-    w : float64 (n,)
-    t : float64 (m,)
-    q : float64 (n,)
-        u^i = t_i X_i' q.
-    """
-
-    c: Floats
-    target: float
-    lambdas: Floats
-    w: Floats
-    t: Floats
-    q: Floats
-
-
-class Cases(NamedTuple):
-    """p templates and their answers, normalised; see `Case`.
-
-    Attributes
-    ----------
-    C : float64 (p, n)
-    targets : float64 (p,)
-    lambdas : float64 (p, 3)
-    W : float64 (p, n)
-    T : float64 (p, m)
-    Q : float64 (p, n)
-    """
-
-    C: Floats
-    targets: Floats
-    lambdas: Floats
-    W: Floats
-    T: Floats
-    Q: Floats
-
-
-class Value(NamedTuple):
-    """What is known of F at the point.
-
-    Attributes
-    ----------
-    loss : float
-        Upper bound of ||X'w - o||^2.
-    lower, upper : float
-        Bounds of F(w, u).
-    stored : float
-        What rounding u to float64 adds to F at most.
-    rho : float
-        sum_j |w_j| ||x_j|| + ||o||, which bounds ||X'w - o||.
-    linear : float
-        c'w.
-    """
-
-    loss: float
-    lower: float
-    upper: float
-    stored: float
-    rho: float
-    linear: float
-
-
-def new_room(n: int, m: int) -> Room:
-    """Room for n views and m modalities."""
-    return Room(*np.empty((7, n)), *np.empty((2, m, n)), *np.empty((5, m)))
-
 
 @no_type_check
-def bound_reduced(shared, cases, order, tolerance, enough, room, bounds):
+def bound_reduced(shared, cases, order, tolerance, units, most, numbers, bounds):
     """Fill in `bounds` for the templates of `order`.
 
-    The search for a dual point ends with a gap within the relative `tolerance`, or a lower bound of at least
-    enough (p,). Returns for how many templates it did not end so.
+    The search for a dual point ends with a gap within the relative `tolerance`, or with a lower bound that is
+    more than `most` in common units, if there are any. Returns for how many templates it did not end so.
     """
-    missed = 0
+    missed, room = 0, room_in(numbers, cases.W.shape[1], cases.T.shape[1])
     for k in range(order.size):
         j = order[k]
-        bounds.lower[j], bounds.upper[j], bounds.gap[j] = 0.0, np.inf, np.inf
-        for a in range(cases.W.shape[1]):
-            bounds.zero_views[j, a] = False
-        for i in range(cases.T.shape[1]):
-            bounds.zero_modalities[j, i] = False
+        forget(bounds, j)
         case, found = case_of(cases, j), False
         if case.lambdas[0] > 0.0 and case.lambdas[2] > 0.0 and in_range(case):
-            found = _bound_one(shared, case, tolerance, enough[j], room, bounds, j)
+            enough = most / units[j] if units.size > 0 else np.inf
+            found = _bound_one(shared, case, tolerance, enough, room, bounds, j)
         missed += 0 if found else 1
     return missed
-
-
-@no_type_check
-def case_of(cases, j):
-    """Template j and its answer."""
-    return Case(cases.C[j], cases.targets[j], cases.lambdas[j], cases.W[j], cases.T[j], cases.Q[j])
 
 
 @no_type_check
@@ -444,5 +260,5 @@ def _interpreted_seconds(shared: GramBounds, cases: Cases, order: NDArray[np.int
     return float(order.size * (5e-4 + 3e-7 * (shared.K.shape[0] + 1) * n * n))
 
 
-bounding_kernel = Kernel(bound_reduced, _interpreted_seconds, compile_seconds=5.0)
+bounding_kernel = Kernel(bound_reduced, _interpreted_seconds, compile_seconds=2.0)
 """`bound_reduced`, interpreted or compiled."""

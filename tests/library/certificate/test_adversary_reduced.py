@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from wild import UNIT, Wild, copied, exact, exacts, excess, wild
 
+from convexperc.certificate import cases as cases_of
 from convexperc.certificate import data_bounds, lasso, reduced
 
 DEPTH = 400
@@ -102,7 +103,7 @@ class Moved:
         """D(s a, s b) at a = 2(X'w - o)."""
         return -2 * s * dot(self.p, O) - s * s * (dot(self.p, self.p) + dot(b, b) / (4 * LAMBDAS[0]))
 
-    def shared(self, module: ModuleType) -> Any:
+    def shared(self) -> Any:
         """Gram matrices, each entry off by gamma_DEPTH times the two lengths."""
         g, off = gamma(DEPTH + self.budget), gamma(DEPTH)
         way = [1 if x >= 0 else -1 for x in self.w]
@@ -114,28 +115,28 @@ class Moved:
         G = [[dot(X[a], X[b]) + self.signs[0] * off * way[a] * way[b] for b in (0, 1)] for a in (0, 1)]
         lengths = [[abs(row[i]) for row in X] for i in range(2)]
         blocks = Fraction(9, 8), Fraction(1)
-        return module.GramBounds(wild(*G), wild(*K), wild(*lengths), wild(1, 1), wild(*blocks), Wild(g))
+        return cases_of.GramBounds(wild(*G), wild(*K), wild(*lengths), wild(1, 1), wild(*blocks), Wild(g))
 
-    def case(self, module: ModuleType) -> Any:
+    def case(self) -> Any:
         """X o and ||o||^2, off likewise, and the point."""
         off, length = self.signs[2] * gamma(DEPTH), Fraction(5, 7)
         way = [1 if x >= 0 else -1 for x in self.w]
         c = [dot(row, O) - off * k * length for row, k in zip(X, way, strict=True)]
         target = Wild(length**2 * (1 + off))
-        return module.Case(
+        return cases_of.Case(
             wild(*c), target, wild(*LAMBDAS), *(wild(*part) for part in (self.w, self.t, self.q))
         )
 
 
-def room_of(module: ModuleType) -> Any:
+def room_of() -> Any:
     """Working memory for two views and two modalities."""
     shapes = [(2,)] * 7 + [(2, 2)] * 2 + [(2,)] * 5
-    return module.Room(*(np.full(shape, Wild(0), dtype=object) for shape in shapes))
+    return cases_of.Room(*(np.full(shape, Wild(0), dtype=object) for shape in shapes))
 
 
 def misses(module: ModuleType, point: Moved, kind: str) -> Iterator[Fraction]:
     """By how much each number that `reduced` encloses lies outside."""
-    shared, case, room = point.shared(module), point.case(module), room_of(module)
+    shared, case, room = point.shared(), point.case(), room_of()
     value = module.value_bounds(shared, case, room)
     pulled = point.pulled(point.q)
     yield from _off(room.e, point.e, room.e_error)
@@ -208,7 +209,7 @@ TERMS = ("coupling", "views", "modalities")
 
 def gap_alone(module: ModuleType, limit: str, term: str) -> Fraction:
     """`_gap` where all that it is given is exact: at a limit, or at a point where one term is almost 0."""
-    one, s, far, room = LAMBDAS[0], Fraction(5, 7), Fraction(10), room_of(module)
+    one, s, far, room = LAMBDAS[0], Fraction(5, 7), Fraction(10), room_of()
     v, reach = (Fraction(-2, 7), Fraction(4, 9)), (Fraction(1, 7), Fraction(2, 9))
     b, loss = ((Fraction(1, 3), Fraction(3, 5)), UNIT**4) if term else ((Fraction(0),) * 2, Fraction(1))
     end = 1 + 40 * UNIT if term else 1 - UNIT / 2 if "just" in limit else Fraction(1, 2)
@@ -233,7 +234,7 @@ def gap_alone(module: ModuleType, limit: str, term: str) -> Fraction:
     }.items():
         getattr(room, name)[:] = wild(*values)
     target = s * (loss + dot(b, b) / (4 * one))
-    case = module.Case(None, Wild(target), wild(one, two, three), wild(*w), wild(*t), None)
+    case = cases_of.Case(None, Wild(target), wild(one, two, three), wild(*w), wild(*t), None)
     shared = SimpleNamespace(gamma=Wild(gamma(FEW)))
     total, found = module._gap(shared, case, SimpleNamespace(loss=Wild(loss), linear=Wild(0)), room)
     s = exact(found)
@@ -250,7 +251,7 @@ def gap_alone(module: ModuleType, limit: str, term: str) -> Fraction:
 
 def zeros_alone(module: ModuleType) -> Fraction:
     """At lambda2 = s (|v_j| + error) + 2 sqrt(gap (||x^j||^2 + lambda1)) nothing is proved; so at lambda3."""
-    room, s, gap, one = room_of(module), Fraction(5, 7), Fraction(4, 9), Fraction(16, 25)
+    room, s, gap, one = room_of(), Fraction(5, 7), Fraction(4, 9), Fraction(16, 25)
     room.v[:], room.v_error[:], room.reach[:] = wild(1, 0), wild(Fraction(1, 7), 0), wild(Fraction(3, 7), 0)
     two = s * Fraction(8, 7) + 2 * Fraction(2, 3)
     three = s * Fraction(3, 7) + 2 * Fraction(2, 3) * Fraction(4, 5) * Fraction(5, 3)
@@ -266,7 +267,7 @@ def ends_alone(module: ModuleType) -> Fraction:
     """The interval of F* from bounds of F and of the gap that are exact."""
     lower, gap, stored = Fraction(5, 7), Fraction(1, 300), Fraction(1, 900)
     value = SimpleNamespace(lower=Wild(lower), upper=Wild(1), stored=Wild(stored))
-    bounds = module.AnswerBounds.unknown(1, 2, 2)._replace(
+    bounds = cases_of.AnswerBounds.unknown(1, 2, 2)._replace(
         **{name: np.full(1, None, dtype=object) for name in ("lower", "upper", "gap")},
         modality_norms=np.zeros((1, 2), dtype=object),
     )  # fmt: skip
@@ -277,7 +278,7 @@ def ends_alone(module: ModuleType) -> Fraction:
     before = {name: vars(module)[name] for name in stubs}
     vars(module).update(stubs)
     module._bound_one(
-        None, SimpleNamespace(t=wild(1, 1), lambdas=None), Wild(1000), np.inf, room_of(module), bounds, 0
+        None, SimpleNamespace(t=wild(1, 1), lambdas=None), Wild(1000), np.inf, room_of(), bounds, 0
     )
     vars(module).update(before)
     return max(exact(bounds.lower[0]) - (lower - gap), gap + stored - exact(bounds.gap[0]))
@@ -291,12 +292,12 @@ def lasso_alone(module: ModuleType, w: Row, lambdas: Row, signs: tuple[int, int,
     """F* >= h(w) - sum_j (2 y_j + v_j)^2 / (4 floor) in exact numbers, against what is made of moved data."""
     at = Moved(w, (Fraction(0),) * 2, (Fraction(0),) * 2, signs)
     one, two, _ = lambdas
-    bounds = module.AnswerBounds.unknown(1, 2, 2)._replace(
+    bounds = cases_of.AnswerBounds.unknown(1, 2, 2)._replace(
         **{name: np.full(1, None, dtype=object) for name in ("lower", "upper", "gap")},
         modality_norms=np.zeros((1, 2), dtype=object),
     )  # fmt: skip
-    case = at.case(code()[0])._replace(lambdas=wild(*lambdas))
-    module._bound_one(at.shared(code()[0]), case, Wild(FLOOR), room_of(code()[0]), bounds, 0)
+    case = at.case()._replace(lambdas=wild(*lambdas))
+    module._bound_one(at.shared(), case, Wild(FLOOR), room_of(), bounds, 0)
     h = dot(at.p, at.p) + two * sum(map(abs, w)) + one * dot(w, w)
     deficit = Fraction(0)
     for y, a in zip(at.y, w, strict=True):
@@ -442,16 +443,16 @@ def test_a_scale_that_is_feasible_only_in_rounded_arithmetic_is_not_taken() -> N
             continue
         seen += 1
         for two, three, v, reach in ((limit, 8.0, worst_v, 0.0), (8.0, limit, 0.0, worst_v)):
-            room = reduced.new_room(1, 1)
+            room = cases_of.room_in(cases_of.new_numbers(1, 1), 1, 1)
             for array in room:
                 array[:] = 0.0
             room.v[0], room.reach[0] = v, reach
-            case = reduced.Case(
+            case = cases_of.Case(
                 np.zeros(1), s, np.array([1.0, two, three]), np.zeros(1), np.zeros(1), np.zeros(1)
             )
             empty = np.zeros((1, 1, 1))
-            shared = reduced.GramBounds(empty[0], empty, empty[0], np.ones(1), np.ones(1), 1e-14)
-            _, found = reduced._gap(shared, case, reduced.Value(1.0, 0.0, 1.0, 0.0, 1.0, 0.0), room)
+            shared = cases_of.GramBounds(empty[0], empty, empty[0], np.ones(1), np.ones(1), 1e-14)
+            _, found = reduced._gap(shared, case, cases_of.Value(1.0, 0.0, 1.0, 0.0, 1.0, 0.0), room)
             assert found > 0.0
             assert Fraction(found) * Fraction(worst_v) <= Fraction(limit), (found, worst_v, limit)
     assert seen > 50

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from convexperc.certificate import cases as cases_of
 from convexperc.certificate import reduced as reduced_bounds
 from convexperc.problem.formulation import objective
 from convexperc.problem.problem import Problem
@@ -103,7 +104,7 @@ def points(rng: Any, w: np.ndarray, t: np.ndarray, q: np.ndarray) -> Iterator[tu
 ALL = tuple(cases())
 
 
-def disturbed(module: ModuleType, case: Case, gamma: float, signs: tuple[int, int]) -> tuple[Any, Any, float]:
+def disturbed(case: Case, gamma: float, signs: tuple[int, int]) -> tuple[Any, Any, float]:
     """GramBounds data, c and ||o||^2, off by all that `gamma` allows, in a direction that hurts."""
     problem, reduction = case.problem, case.reduction
     lengths = np.sqrt(np.einsum("ijj->ij", reduction.K))
@@ -117,28 +118,28 @@ def disturbed(module: ModuleType, case: Case, gamma: float, signs: tuple[int, in
     target = omega**2 + signs[0] * moved * omega**2
     blocks = np.sqrt((lengths**2).sum(axis=1))
     grow = 1.0 + gamma
-    return module.GramBounds(G, K, grow * lengths, grow * rows, grow * blocks, gamma), c, target
+    return cases_of.GramBounds(G, K, grow * lengths, grow * rows, grow * blocks, gamma), c, target
 
 
 def judged(module: ModuleType, case: Case, gamma: float, signs: tuple[int, int]) -> Any:
     """The bounds that follow from disturbed data."""
-    shared, c, target = disturbed(module, case, gamma, signs)
-    bounds = module.AnswerBounds.unknown(1, case.problem.n, len(shared.K))
+    shared, c, target = disturbed(case, gamma, signs)
+    bounds = cases_of.AnswerBounds.unknown(1, case.problem.n, len(shared.K))
     data = c[None], np.array([target]), np.array([case.problem.lambdas])
-    cases = module.Cases(*data, case.w[None], case.t[None], case.q[None])
-    room = module.new_room(case.problem.n, len(shared.K))
-    module.bound_reduced(shared, cases, np.arange(1), 1e-9, np.array([np.inf]), room, bounds)
+    cases = cases_of.Cases(*data, case.w[None], case.t[None], case.q[None])
+    room = cases_of.new_numbers(case.problem.n, len(shared.K))
+    module.bound_reduced(shared, cases, np.arange(1), 1e-9, *cases_of.NO_EXCLUSION, room, bounds)
     return bounds
 
 
 def broken_enclosures(module: ModuleType, case: Case, signs: tuple[int, int]) -> list[str]:
     """Every intermediate number that lies outside of its own bound."""
     problem, reduction = case.problem, case.reduction
-    shared, c, target = disturbed(module, case, GAMMA, signs)
+    shared, c, target = disturbed(case, GAMMA, signs)
     n, m = problem.n, len(shared.K)
-    room = module.Room(*(np.empty(n) for _ in range(7)), *(np.empty((m, n)) for _ in range(2)),
+    room = cases_of.Room(*(np.empty(n) for _ in range(7)), *(np.empty((m, n)) for _ in range(2)),
                         *(np.empty(m) for _ in range(5)))  # fmt: skip
-    given = module.Case(c, target, np.array(problem.lambdas), case.w, case.t, case.q)
+    given = cases_of.Case(c, target, np.array(problem.lambdas), case.w, case.t, case.q)
     value = module.value_bounds(shared, given, room)
     y, z = reduction.G @ case.w - problem.X @ problem.o, reduction.K @ case.q
     norms = np.sqrt(np.einsum("i,ji->j", case.q, z))
@@ -249,7 +250,7 @@ def test_every_mutant_is_caught(name: str) -> None:
 def test_a_negative_t_is_refused() -> None:
     """The bounds take t >= 0: a negative norm would lower F."""
     lambdas, w, q = np.array([1.0, 0.1, 0.1]), np.array([0.5, 0.0]), np.array([0.2, -0.1])
-    case = reduced_bounds.Case(np.ones(2), 1.0, lambdas, w, np.array([0.0, 2.0]), q)
+    case = cases_of.Case(np.ones(2), 1.0, lambdas, w, np.array([0.0, 2.0]), q)
     assert reduced_bounds.in_range(case)
     assert reduced_bounds.in_range(case._replace(q=np.array([-2.0, 0.0])))
     for wrong in (-1e-300, -2.0, np.nan, np.inf, 2.0**101):
