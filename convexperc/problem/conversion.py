@@ -27,6 +27,8 @@ def real_source(value: Any, name: str, error: type[InputError]) -> NDArray[Any]:
         Of the class given: masked entries, anything but real numbers, ragged nesting, or an integer that
         NumPy rounded because floats stand beside it.
     """
+    if type(value) is np.ndarray and value.dtype == np.float64:  # the usual case
+        return value
     if isinstance(value, np.ma.MaskedArray):
         refuse_mask(value, name, error)
     try:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from convexperc.problem.arrays import BLOCK
+from convexperc.problem.arrays import BLOCK, times_power_of_two
 from convexperc.problem.library import (
     SAFE_SQUARE,
     TemplateLibrary,
@@ -23,6 +23,9 @@ from convexperc.problem.problem import Problem
 from convexperc.problem.reduction import EVERY, Reduction, Rows
 from convexperc.problem.scaling import Scaling
 from convexperc.problem.views import Views
+
+BEYOND = 2.0**900
+"""More than every lambda that is of use; larger ones are cut here, so that nothing overflows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,18 +97,21 @@ class ReducedData:
             views = Views.of(X, modalities)
             library = TemplateLibrary.for_views(templates, names, views.modalities)
         rows = EVERY if earlier is None else _new_rows(earlier, views, library)
-        if earlier is not None and rows is not EVERY:
-            views.__dict__["reduction"] = earlier.views.reduction.replaced(views.X, np.asarray(rows))
-        reduction = views.reduction
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            if earlier is None or rows is EVERY:
+                reduction = Reduction.of(views.X, views.modalities)
+            else:
+                reduction = earlier.views.reduction.replaced(views.X, np.asarray(rows))
+            C = _products(reduction, library, rows)
+        views.__dict__["reduction"] = reduction
         x, usable = _exponent(reduction)
-        C = _products(reduction, library, rows)
         lengths = library.lengths
-        np.ldexp(C, -(x + lengths.exponents)[:, None], out=C)
+        C *= (lengths.inverses * math.ldexp(1.0, -x))[:, None]
         if earlier is not None and rows is not EVERY:
             kept = np.ldexp(earlier.C, earlier.x - x)
             kept[:, rows] = C
             C = kept
-        G, K = np.ldexp(reduction.G, -2 * x), np.ldexp(reduction.K, -2 * x)
+        G, K = times_power_of_two(reduction.G, -2 * x), times_power_of_two(reduction.K, -2 * x)
         sound = lengths.sound if usable else np.zeros_like(lengths.sound)
         return cls(views, library, x, G, K, C, sound, time.perf_counter() - began)
 
@@ -143,13 +149,11 @@ class ReducedData:
         return Problem.of(self.views, self.library.template(j), penalties)
 
     def normalised(self, penalties: Penalties) -> Float[np.ndarray, "p 3"]:
-        """(lambda1, lambda2, lambda3) in each template's own units; inf or 0 beyond the range of float64."""
-        x, k = self.x, self.exponents
-        found = np.empty((self.p, 3))
-        with np.errstate(over="ignore", under="ignore"):
-            found[:, 0] = np.ldexp(penalties.lambda1, -2 * x)
-            np.ldexp(penalties.lambda2, -x - k, out=found[:, 1])
-            np.ldexp(penalties.lambda3, -2 * x - k, out=found[:, 2])
+        """(lambda1, lambda2, lambda3) in each template's own units; cut, or 0, far beyond the safe range."""
+        unit, inverses, found = math.ldexp(1.0, -self.x), self.library.lengths.inverses, np.empty((self.p, 3))
+        found[:, 0] = min(penalties.lambda1 * unit * unit, BEYOND)
+        np.multiply(inverses, min(penalties.lambda2 * unit, BEYOND), out=found[:, 1])
+        np.multiply(inverses, min(penalties.lambda3 * unit * unit, BEYOND), out=found[:, 2])
         return found
 
 
@@ -172,16 +176,15 @@ def _new_rows(earlier: ReducedData, views: Views, library: TemplateLibrary) -> R
 
 def _products(reduction: Reduction, library: TemplateLibrary, rows: Rows = EVERY) -> Float[np.ndarray, "p k"]:
     """Row j is X o_j, or some entries of it; the first pass over a library also measures it."""
-    if library.measured and library.O.size <= BLOCK:
-        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-            return reduction.product(np.asarray(library.O, dtype=np.float64), rows)
+    O = library.O  # noqa: E741 - the paper's symbol
+    if library.measured and (O.size <= BLOCK or (O.dtype == np.float64 and not isinstance(O, np.memmap))):
+        return reduction.product(np.asarray(O, dtype=np.float64), rows)
     C = np.empty((len(library), reduction.X[rows].shape[0]))
     squares = None if library.measured else np.empty(len(library))
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        for chosen, block in library.blocks():
-            C[chosen] = reduction.product(block, rows)
-            if squares is not None:
-                squares[chosen] = squared_lengths(block, chosen.start)
+    for chosen, block in library.blocks():
+        C[chosen] = reduction.product(block, rows)
+        if squares is not None:
+            squares[chosen] = squared_lengths(block, chosen.start)
     if squares is not None:
         library.keep(squares)
     return C

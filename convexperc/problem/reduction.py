@@ -17,14 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from convexperc.problem.arrays import Matrix, Vector
-from convexperc.problem.modalities import Columns, Modalities
+from convexperc.problem.arrays import FeatureVector, Matrix, Vector
+from convexperc.problem.modalities import CHUNK, Modalities
 
 Rows = slice | Int[np.ndarray, " k"]
 """Some of the views."""
 EVERY = slice(None)
-CHUNK = 4096
-"""Columns that are multiplied at a time: a product's rounding grows with the length of its sums."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,33 +50,32 @@ class Reduction:
 
     @classmethod
     def of(cls, X: Matrix, modalities: Modalities) -> "Reduction":
-        """One pass over X: m Gram matrices, O(n^2 d) (Lemma R24); infinite where they overflow."""
+        """One pass over X: m Gram matrices, O(n^2 d) (Lemma R24).
+
+        They are infinite where they overflow, of which NumPy warns unless it is told not to.
+        """
         n, d = X.shape
         K = np.empty((len(modalities), n, n))
-        with np.errstate(over="ignore", invalid="ignore"):
-            for gram, columns in zip(K, modalities, strict=True):
-                first, *others = _chunks(columns, d)
-                block = X[:, first]
-                np.matmul(block, block.T, out=gram)
-                for part in others:
-                    block = X[:, part]
-                    np.add(gram, block @ block.T, out=gram)
-            G = K.sum(axis=0)
+        for gram, (first, *others) in zip(K, modalities.chunks, strict=True):
+            block = X[:, first]
+            np.matmul(block, block.T, out=gram)
+            for part in others:
+                block = X[:, part]
+                np.add(gram, block @ block.T, out=gram)
+        G = np.add.reduce(K, axis=0)
         return cls(X, modalities, K, G, min(d, CHUNK) + -(-d // CHUNK) + 2 * len(modalities))
 
     def replaced(self, X: Matrix, rows: Int[np.ndarray, " k"]) -> "Reduction":
-        """The reduction of views of which only these rows are new: O(n d) a row (Lemma R24)."""
+        """The reduction of views of which only these rows are new: O(n d) a row (Lemma R24); see `of`."""
         K = self.K.copy()
-        with np.errstate(over="ignore", invalid="ignore"):
-            for gram, columns in zip(K, self.modalities, strict=True):
-                parts = [X[:, part] for part in _chunks(columns, X.shape[1])]
-                for row in rows:
-                    found = parts[0] @ parts[0][row]
-                    for block in parts[1:]:
-                        found += block @ block[row]
-                    gram[row], gram[:, row] = found, found
-            G = K.sum(axis=0)
-        return Reduction(X, self.modalities, K, G, self.depth)
+        for gram, chunks in zip(K, self.modalities.chunks, strict=True):
+            parts = [X[:, part] for part in chunks]
+            for row in rows:
+                found = parts[0] @ parts[0][row]
+                for block in parts[1:]:
+                    found += block @ block[row]
+                gram[row], gram[:, row] = found, found
+        return Reduction(X, self.modalities, K, np.add.reduce(K, axis=0), self.depth)
 
     def product(self, O: Float[np.ndarray, "d p"], rows: Rows = EVERY) -> Float[np.ndarray, "p k"]:  # noqa: E741
         """Row j is X o_j, of which only some entries may be asked for."""
@@ -88,21 +85,13 @@ class Reduction:
             found += X[:, start : start + CHUNK] @ O[start : start + CHUNK]
         return np.ascontiguousarray(found.T)
 
-    def recover(self, t: Float[np.ndarray, " m"], q: Vector) -> Float[np.ndarray, " d"]:
-        """u^i = t_i X_i' q; infinite or NaN where t overflowed."""
-        u = np.zeros(self.X.shape[1])
+    def recover(self, t: Float[np.ndarray, " m"], q: Vector, unit: float = 1.0) -> FeatureVector:
+        """u^i = t_i X_i' q, times a power of two; infinite or NaN where t overflowed."""
         with np.errstate(over="ignore", invalid="ignore"):
-            for weight, columns in zip(t, self.modalities, strict=True):
+            u: FeatureVector = q @ self.X
+            for weight, columns in zip(t.tolist(), self.modalities, strict=True):
                 if weight > 0.0:
-                    u[columns] = weight * (self.X[:, columns].T @ q)
+                    u[columns] *= weight * unit
+                else:
+                    u[columns] = 0.0
         return u
-
-
-def _chunks(columns: Columns, d: int) -> list[Columns]:
-    """The columns of one modality, at most `CHUNK` at a time."""
-    if isinstance(columns, slice):
-        start, stop, _ = columns.indices(d)
-        if stop - start <= CHUNK:
-            return [columns]
-        return [slice(first, min(first + CHUNK, stop)) for first in range(start, stop, CHUNK)]
-    return [columns[first : first + CHUNK] for first in range(0, columns.size, CHUNK)]

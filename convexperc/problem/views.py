@@ -2,9 +2,11 @@
 
 import weakref
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
+import numpy as np
+
+from convexperc.caching import cached_property
 from convexperc.errors import ProblemError
 from convexperc.problem.arrays import (
     Matrix,
@@ -68,7 +70,8 @@ class Views:
     @cached_property
     def reduction(self) -> Reduction:
         """The Gram matrices: one pass over X."""
-        return Reduction.of(self.X, self.modalities)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return Reduction.of(self.X, self.modalities)
 
     @property
     def normalised(self) -> "Views":
