@@ -14,7 +14,7 @@ from convexperc.certificate.lambda_max import zero_is_optimal
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.budget import SECONDS, Budget
 from convexperc.errors import RobotNameError, StartError
-from convexperc.problem.arrays import euclidean_length
+from convexperc.problem.arrays import euclidean_length, lowest
 from convexperc.problem.library import checked_names
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.reduced import ReducedData
@@ -159,9 +159,9 @@ def recognize(
             "start", value=type(start).__name__, must=must, remedy="Pass what recognize returned."
         )
     answers = None if start is None else start.answers
-    bounds = _bounds(X, references, modalities, names, answers)
-    robots = _robots(views, bounds.data.n)
-    return _recognised(bounds, penalties, robots, settings, answers)
+    with np.errstate(all="ignore"):  # what overflows is bounded by infinity
+        bounds = _bounds(X, references, modalities, names, answers)
+        return _recognised(bounds, penalties, _robots(views, bounds.data.n), settings, answers)
 
 
 def recognize_path(
@@ -195,10 +195,13 @@ def recognize_path(
         See `recognize`.
     """
     settings = _Settings.of("recognize_path", options)
-    bounds = _bounds(X, references, modalities, names)
+    with np.errstate(all="ignore"):
+        bounds = _bounds(X, references, modalities, names)
     robots = _robots(views, bounds.data.n)
     for triple in grid:
-        yield _recognised(bounds, Penalties.of(triple), robots, settings, None)
+        with np.errstate(all="ignore"):
+            found = _recognised(bounds, Penalties.of(triple), robots, settings, None)
+        yield found
 
 
 def _bounds(
@@ -206,11 +209,9 @@ def _bounds(
 ) -> DataBounds:
     """The data, read once, with bounds of their rounding; what an earlier answer knows is kept."""
     earlier = None if start is None else start.data
-    with np.errstate(all="ignore"):  # what overflows is bounded by infinity
-        return DataBounds.of(ReducedData.of(X, references, modalities, names=names, earlier=earlier))
+    return DataBounds.of(ReducedData.of(X, references, modalities, names=names, earlier=earlier))
 
 
-@np.errstate(all="ignore")
 def _recognised(
     bounds: DataBounds,
     penalties: Penalties,
@@ -295,9 +296,10 @@ def decide(
     Recognition
     """
     lower, upper = cost_bounds(answers, decision)
-    rivals = (lower <= upper.min()).nonzero()[0]
-    rivals = rivals[np.argsort(upper[rivals], kind="stable")]
-    candidates = tuple(names[j] for j in rivals)
+    rivals = (lower <= lowest(upper)).nonzero()[0]
+    if rivals.size > 1:
+        rivals = rivals[np.argsort(upper[rivals], kind="stable")]
+    candidates = tuple(map(names.__getitem__, rivals.tolist()))
     broken = broken_assumption()
     warnings: tuple[str, ...] = (broken,) if broken else ()
     if decision is Decision.OBJECTIVE and not broken:
@@ -331,7 +333,7 @@ def decide(
 
 def _all_zero(answers: Answers) -> bool:
     """Whether w = u = 0 is proved to be an optimum for every template."""
-    if (answers.upper < answers.bounds.squares[0]).any():
+    if np.count_nonzero(answers.upper < answers.bounds.squares[0]):
         return False  # the common case, decided at once
     proved, sound = answers.bounds.zero_is_optimal(answers.penalties), answers.data.sound
     if not proved[sound].all():

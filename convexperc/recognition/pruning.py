@@ -1,8 +1,9 @@
 """Which template has the lowest optimum: the others are excluded by lower bounds, most of them unsolved.
 
-In a large library a few templates are solved first. A linear map fitted to their answers predicts a primal
-and a dual point for each of the others; whatever these are worth, `convexperc.certificate.reduced` makes
-proved bounds of them. What is left is solved in the order of its bounds, and only until it is excluded.
+In a large library a few templates are solved first. Polynomials in c_j = X o_j, fitted to their answers,
+predict a primal and a dual point for each of the others; whatever these are worth,
+`convexperc.certificate.reduced` makes proved bounds of them. What is left is solved in the order of its
+bounds, and only until it is excluded.
 """
 
 import math
@@ -12,6 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from convexperc.certificate.data_bounds import Intervals
+from convexperc.problem.arrays import every, lowest
 from convexperc.recognition.decision import Decision, costs
 from convexperc.solution.batch import BatchSolver
 from convexperc.solvers.newton.loop import Pruning
@@ -19,39 +21,38 @@ from convexperc.solvers.newton.loop import Pruning
 MARGIN = 1e-6
 """A template is given up only this far, relatively, above the best one: it must be proved to lie above."""
 SAMPLES_PER_UNKNOWN = 4
-"""Templates solved for the prediction, for each unknown of a row of the linear map."""
+"""Templates solved for the prediction, for each of its coefficients."""
+HIGHEST_DEGREE = 2
+"""Of the polynomials in c_j that predict the answers."""
 WORTH_PREDICTING = 8
 """Predict where the library has this many times the templates that are solved for it."""
 
 
 def prune(batch: BatchSolver, decision: Decision = Decision.OBJECTIVE) -> None:
     """Leave in `batch` at least one certified answer, and every other one certified or excluded by proof."""
-    if batch.ready.all():
-        order = _estimate(batch, decision).argsort(kind="stable")
-    else:
+    order, pruning = np.arange(batch.data.p), _pruning(batch, math.inf, decision)
+    if not every(batch.ready):
         batch.fall_back((~batch.ready).nonzero()[0])
-        order = np.empty(0, dtype=np.int64)
-        if batch.ready.any():
-            with np.errstate(over="ignore", invalid="ignore"):  # where a template is not ready
-                order = _estimate(batch, decision).argsort(kind="stable")
-            order = order[batch.ready[order]]
-    ceiling, samples = math.inf, SAMPLES_PER_UNKNOWN * (batch.data.n + 1)
-    if not (batch.warm or batch.penalties.uncoupled) and samples * WORTH_PREDICTING <= order.size:
-        chosen = _spread(order, samples)
+        order = batch.ready.nonzero()[0]
+    degree = _degree(batch, order.size)
+    if degree:
+        batch.rank(order, pruning)
+        chosen = _spread(order, _samples(batch.data.n, degree))
         batch.advance(chosen)
-        _predict(batch, chosen, np.setdiff1d(order, chosen, assume_unique=True))
+        _predict(batch, degree, chosen, np.setdiff1d(order, chosen, assume_unique=True))
         lower, upper = _costs(batch, decision)
-        order = order[~batch.certified[order] & (lower[order] <= upper.min())]
-        order = order[np.argsort(lower[order], kind="stable")]
-        ceiling = float(upper.min())
-    if order.size:
-        batch.advance(order, _pruning(batch, ceiling, decision))
+        order = order[~batch.known.certified[order] & (lower[order] <= lowest(upper))]
+        order, pruning = (
+            order[np.argsort(lower[order], kind="stable")],
+            _pruning(batch, lowest(upper), decision),
+        )
+    batch.advance(order, pruning, ranked=not degree)
     batch.fall_back(_doubtful(batch, decision))
 
 
 def _costs(batch: BatchSolver, decision: Decision) -> Intervals:
     """Proved bounds of what decides; see `convexperc.recognition.decision`."""
-    return costs(decision, batch.intervals, batch.bounds.squares)
+    return costs(decision, batch.known[:2], batch.bounds.squares)
 
 
 def _pruning(batch: BatchSolver, ceiling: float, decision: Decision) -> Pruning:
@@ -65,18 +66,31 @@ def _pruning(batch: BatchSolver, ceiling: float, decision: Decision) -> Pruning:
 def _doubtful(batch: BatchSolver, decision: Decision) -> Int[np.ndarray, " k"]:
     """Templates that are neither excluded nor certified."""
     lower, upper = _costs(batch, decision)
-    return np.asarray(((lower <= upper.min()) & ~batch.certified).nonzero()[0])
+    return np.asarray(((lower <= lowest(upper)) & ~batch.known.certified).nonzero()[0])
 
 
-def _estimate(batch: BatchSolver, decision: Decision) -> Float[np.ndarray, " p"]:
-    """A guess at every cost, only to order the templates: what ridge regression on the views leaves."""
-    data = batch.data
-    ridge = data.G.copy()
-    ridge.reshape(-1)[:: data.n + 1] += batch.normalised[0, 0] + 1e-9 * data.n
-    explained = np.einsum("pn,np->p", data.C, np.linalg.solve(ridge, data.C.T))
-    if decision is Decision.EXPLAINED_FRACTION:
-        return np.asarray(1.0 - explained / np.where(data.sound, data.targets, 1.0))
-    return np.asarray((data.targets - explained) * data.library.lengths.units)
+def _samples(n: int, degree: int) -> int:
+    """Templates to be solved for a prediction by monomials in n numbers up to a degree."""
+    return SAMPLES_PER_UNKNOWN * math.comb(n + degree, degree)
+
+
+def _degree(batch: BatchSolver, templates: int) -> int:
+    """The degree up to which the prediction is worth its samples; 0 where none is."""
+    if batch.warm or batch.penalties.uncoupled:
+        return 0
+    degree, most = 0, templates // WORTH_PREDICTING
+    while degree < HIGHEST_DEGREE and _samples(batch.data.n, degree + 1) <= most:
+        degree += 1
+    return degree
+
+
+def _monomials(C: Float[np.ndarray, "p n"], degree: int) -> Float[np.ndarray, "p k"]:
+    """Of every row, up to the degree."""
+    parts = [np.ones((C.shape[0], 1)), C]
+    if degree > 1:
+        first, second = np.triu_indices(C.shape[1])
+        parts.append(C[:, first] * C[:, second])
+    return np.hstack(parts)
 
 
 def _spread(order: Int[np.ndarray, " p"], samples: int) -> Int[np.ndarray, " k"]:
@@ -86,10 +100,12 @@ def _spread(order: Int[np.ndarray, " p"], samples: int) -> Int[np.ndarray, " k"]
     return np.concatenate([order[:front], order[rest]])
 
 
-def _predict(batch: BatchSolver, known: Int[np.ndarray, " k"], others: Int[np.ndarray, " r"]) -> None:
+def _predict(
+    batch: BatchSolver, degree: int, known: Int[np.ndarray, " k"], others: Int[np.ndarray, " r"]
+) -> None:
     """Bound the other templates by points that are predicted from the known ones."""
     began, data, reduced = time.perf_counter(), batch.data, batch.reduced
-    given = np.hstack([data.C, np.ones((data.p, 1))])
+    given = _monomials(data.C, degree)
     found = np.hstack([reduced.W[known], reduced.Q[known]])
     predicted = given[others] @ np.linalg.lstsq(given[known], found, rcond=None)[0]
     reduced.W[others], reduced.Q[others] = np.hsplit(predicted, [data.n])

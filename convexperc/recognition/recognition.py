@@ -4,16 +4,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
+from convexperc.caching import cached_property
 from convexperc.certificate.data_bounds import Intervals
 from convexperc.certificate.rounding import Ball, squared_norm
 from convexperc.errors import TemplateNameError
-from convexperc.problem.arrays import FeatureVector, Vector, euclidean_length
+from convexperc.problem.arrays import FeatureVector, Vector, euclidean_length, lowest
 from convexperc.problem.scaling import Scaling
 from convexperc.recognition.decision import Decision, costs
 from convexperc.solution.answers import Answers
@@ -172,8 +172,7 @@ class Recognition:
     @cached_property
     def excluded(self) -> Bool[np.ndarray, " p"]:
         """Which templates are proved not to be the best."""
-        lower, upper = self.costs
-        return np.asarray(lower > upper.min())
+        return np.asarray(self.costs[0] > self._least)
 
     @property
     def certified(self) -> bool:
@@ -183,19 +182,24 @@ class Recognition:
     @property
     def templates(self) -> tuple[Template, ...]:
         """All templates, in the order given."""
-        excluded, bounds = self.excluded, self.costs
-        return tuple(self._template(j, excluded, bounds) for j in range(len(self.names)))
+        return tuple(map(self._template, range(len(self.names))))
 
     def template(self, name: str | None = None) -> Template:
         """One template by its name; without one, the first candidate."""
         wanted = self.candidates[0] if name is None else name
         if wanted not in self.names:
             raise TemplateNameError("template", value=wanted, must=f"must be one of {list(self.names)}")
-        return self._template(self.names.index(wanted), self.excluded, self.costs)
+        return self._template(self.names.index(wanted))
 
-    def _template(self, j: int, excluded: Bool[np.ndarray, " p"], bounds: Intervals) -> Template:
-        cost = float(bounds[0][j]), float(bounds[1][j])
-        return Template(self.names[j], self.answers, j, bool(excluded[j]), cost)
+    @cached_property
+    def _least(self) -> float:
+        """What the best one costs at most."""
+        return lowest(self.costs[1])
+
+    def _template(self, j: int) -> Template:
+        lower, upper = self.costs
+        cost = float(lower[j]), float(upper[j])
+        return Template(self.names[j], self.answers, j, cost[0] > self._least, cost)
 
     def ranked_views(self, name: str | None = None) -> tuple[Ranked, ...]:
         """Robots by |w_i|, largest first, for one template (default: the first candidate)."""

@@ -12,11 +12,16 @@ from convexperc.features.extraction import extract
 from convexperc.features.hog import summing_kernel
 from convexperc.features.lbp import comparing_kernel
 from convexperc.kernels import machine_code
-from convexperc.solution.batch import solve_many
+from convexperc.problem.problem import Problem
+from convexperc.recognition.label import recognize
+from convexperc.solution.advancing import advancing_kernel, ranking_kernel
+from convexperc.solution.single import solve
 from convexperc.solvers.newton.loop import newton_kernel
 from convexperc.solvers.newton.subproblem import lasso_kernel
 
 KERNELS = (
+    ranking_kernel,
+    advancing_kernel,
     newton_kernel,
     lasso_kernel,
     bounding_kernel,
@@ -30,7 +35,7 @@ def warm() -> tuple[Path, ...]:
     """Load the machine code of all kernels into this process; what is not there yet is compiled and kept.
 
     Without it, the solver is interpreted, and scikit-image describes the pictures, until that has taken as
-    long as this would take: about a second where the machine code exists, about 15 seconds where it does not.
+    long as this would take: about a second where the machine code exists, about ten seconds where it does not.
 
     Returns
     -------
@@ -46,7 +51,10 @@ def warm() -> tuple[Path, ...]:
     for kernel in KERNELS:
         kernel.demand()
     extract([np.zeros((16, 16, 3), dtype=np.uint8)], FeatureConfiguration())
-    X = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])
+    X, library = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]]), np.random.default_rng(0).random((3, 96))
     for lambda1 in (0.1, 0.0):
-        solve_many(X, X.T, lambda1=lambda1, lambda2=0.1, lambda3=0.1, modalities=[1, 2])
+        problem = Problem(X, library[:, 0], lambda1=lambda1, lambda2=0.1, lambda3=0.1, modalities=[1, 2])
+        one, two, three = problem.penalties
+        recognize(X, library, lambda1=one, lambda2=two, lambda3=three)  # enough templates for a prediction
+        solve(problem)
     return tuple(path for kernel in KERNELS for path in machine_code.places(kernel.name))

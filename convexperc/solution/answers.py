@@ -1,15 +1,16 @@
 """The answers to all templates of one set of views, with what is proved of each; u only on demand."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from convexperc.caching import cached_property
+from convexperc.certificate.cases import AnswerBounds
 from convexperc.certificate.data_bounds import DataBounds
-from convexperc.certificate.reduced import AnswerBounds
 from convexperc.certificate.tolerances import Tolerances
 from convexperc.enclosure.budget import Budget
 from convexperc.problem.arrays import FeatureVector
@@ -34,22 +35,19 @@ class Stages:
     read : float
         The Gram matrices, X O and the lengths: one pass over the data, shared by all answers of a path.
     solve : float
-        Solving, and cheap lower bounds where templates may be excluded by them.
-    prove : float
-        The bounds of every answer, from the reduced data.
+        Solving, and the bounds of every answer, from the reduced data.
     fall_back : float
         The templates that this did not certify, one by one on the original data.
     """
 
     read: float
     solve: float
-    prove: float
     fall_back: float
 
     @property
     def total(self) -> float:
         """Seconds in all."""
-        return self.read + self.solve + self.prove + self.fall_back
+        return self.read + self.solve + self.fall_back
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +84,7 @@ class Answers:
 
     def __post_init__(self) -> None:
         for bound in (self.lower, self.upper, self.gap):
-            bound.flags.writeable = False
+            bound.setflags(write=False)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -121,7 +119,7 @@ class Answers:
     @cached_property
     def w(self) -> Float[np.ndarray, "p n"]:
         """Weights of the views."""
-        found = np.ldexp(self.reduced.W, self.data.exponents[:, None] - self.data.x)
+        found = self.reduced.W / (self.data.library.lengths.inverses * math.ldexp(1.0, self.data.x))[:, None]
         return completed(found, self.singles, lambda single: single.w)
 
     @cached_property
@@ -174,9 +172,8 @@ class Answers:
         """Recover the feature weights of template j: u^i = t_i X_i' q."""
         if j in self.singles:
             return self.singles[j].u
-        scaling = self.data.scaling(j)
-        u = self.data.views.reduction.recover(self.reduced.T[j], self.reduced.Q[j])
-        return np.asarray(np.ldexp(u, scaling.o - 3 * scaling.x))
+        unit = math.ldexp(1.0, int(self.data.exponents[j]) - 3 * self.data.x)
+        return self.data.views.reduction.recover(self.reduced.T[j], self.reduced.Q[j], unit)
 
     def solution(self, j: int) -> Solution:
         """Template j's answer with a certificate of its own on the original data.
@@ -226,5 +223,5 @@ def completed(found: Found, singles: Mapping[int, Solution], of: Callable[[Solut
     """The same array, read-only, with the rows of the templates that were answered on the original data."""
     for j, single in singles.items():
         found[j] = of(single)
-    found.flags.writeable = False
+    found.setflags(write=False)
     return found

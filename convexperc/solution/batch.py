@@ -3,27 +3,28 @@
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from convexperc.certificate.data_bounds import DataBounds, Intervals, Points
-from convexperc.certificate.reduced import AnswerBounds
+from convexperc.certificate.cases import AnswerBounds, Exclusion
+from convexperc.certificate.data_bounds import DataBounds, Points
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.budget import SECONDS, Budget
 from convexperc.errors import StartError
+from convexperc.problem.arrays import every, highest
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.reduced import ReducedData
 from convexperc.problem.scaling import ZERO_LAMBDA2, ZERO_LAMBDA3
+from convexperc.solution.advancing import advancing_kernel, ranking_kernel
 from convexperc.solution.answers import Answers, Stages, certified_gaps
 from convexperc.solution.single import solved
 from convexperc.solution.solution import Solution
 from convexperc.solvers.interface import Solver
-from convexperc.solvers.newton.loop import Pruning
-from convexperc.solvers.newton.method import Batch, Newton, lassos
-from convexperc.solvers.newton.workspace import Grams, Templates
+from convexperc.solvers.newton.loop import NO_PRUNING, Pruning, Rules
+from convexperc.solvers.newton.method import MAX_ITERATIONS, Batch, lassos
+from convexperc.solvers.newton.workspace import Grams, Memory, Rows, Templates, new_memory
 
 SOLVER_PART = 0.3
 """Part of the relative tolerance that the solver is asked for; the rest is left to rounding."""
@@ -31,6 +32,22 @@ LEAST_TOLERANCE = 1e-13
 """Relative gap below which the solver is not asked to go: float64 seldom shows a smaller one."""
 
 Chosen = Int[np.ndarray, " chosen"]
+
+
+class Known(NamedTuple):
+    """What is known of p templates, on the original data.
+
+    Attributes
+    ----------
+    lower, upper, gap : float64 (p,)
+        Bounds of F*, and of F(w, u) - F*.
+    certified : bool (p,)
+    """
+
+    lower: Float[np.ndarray, " p"]
+    upper: Float[np.ndarray, " p"]
+    gap: Float[np.ndarray, " p"]
+    certified: Bool[np.ndarray, " p"]
 
 
 @dataclass
@@ -52,11 +69,13 @@ class BatchSolver:
         Of these, normalised.
     warm : bool
         Whether `reduced` holds a start.
+    memory : Memory
+        The solver's.
     budget : Budget
         For the ball arithmetic of all templates together.
     singles : dict of int to Solution
         Answers on the original data.
-    solving, proving, falling_back : float
+    solving, falling_back : float
         Seconds.
     """
 
@@ -68,10 +87,11 @@ class BatchSolver:
     reduced: Batch
     proved: AnswerBounds
     warm: bool
+    memory: Memory
     budget: Budget
     singles: dict[int, Solution] = field(default_factory=dict)
+    _known: Known | None = None
     solving: float = 0.0
-    proving: float = 0.0
     falling_back: float = 0.0
 
     @classmethod
@@ -95,7 +115,7 @@ class BatchSolver:
         lambdas = data.normalised(penalties)
         batch = cls(
             bounds, penalties, tolerances, lambdas, bounds.usable(penalties, lambdas), Batch.new(p, n, m),
-            AnswerBounds.unknown(p, n, m), start is not None,
+            AnswerBounds.unknown(p, n, m), start is not None, new_memory(n, m),
             Budget() if budget is None else budget,
         )  # fmt: skip
         if start is not None:
@@ -120,10 +140,17 @@ class BatchSolver:
         self.reduced.W[:] = np.where(np.isfinite(W), W, 0.0)
         self.reduced.T[:] = np.where(np.isfinite(T), T, 0.0)
 
-    def advance(self, chosen: Chosen, pruning: Pruning | None = None) -> None:
+    def rank(self, order: Chosen, pruning: Pruning) -> None:
+        """Sort by what ridge regression on the views leaves of each template, in the units of `pruning`."""
+        data = self.data
+        templates = Templates(data.C, data.targets, self.normalised)
+        ranking_kernel(data.G, templates, order, pruning.units, self.memory, self.proved.gap)
+
+    def advance(self, chosen: Chosen, pruning: Pruning = NO_PRUNING, *, ranked: bool = False) -> None:
         """Solve the chosen templates from the reduced data, in this order, and prove what can be proved.
 
-        With `pruning`, one that is seen to lie above its ceiling, or above an earlier one, is given up.
+        With `pruning`, one that is seen to lie above its ceiling, or above an earlier one, is given up; with
+        `ranked`, `chosen` is first sorted by what ridge regression on the views leaves of them.
         """
         if chosen.size == 0:
             return
@@ -132,21 +159,28 @@ class BatchSolver:
         began = time.perf_counter()
         if self.penalties.uncoupled:
             self._lassos(chosen)
+            self.prove(chosen)
         else:
-            self._newton(chosen, pruning)
+            self._advance(chosen, pruning, ranked)
         self.solving += time.perf_counter() - began
-        self.prove(chosen, enough=None if pruning is None else self._enough(chosen, pruning))
 
-    def _newton(self, chosen: Chosen, pruning: Pruning | None) -> None:
-        """Newton's answers to the chosen templates; lambdas beyond which nothing changes are cut."""
-        data = self.data
-        solver = Newton(tolerance=max(SOLVER_PART * self.tolerances.relative, LEAST_TOLERANCE))
-        lambdas = self.normalised
-        if float(lambdas.max()) > ZERO_LAMBDA2:  # the smallest of the limits
-            lambdas = np.minimum(lambdas, [np.inf, ZERO_LAMBDA2, ZERO_LAMBDA3 * data.n])
+    def _advance(self, chosen: Chosen, pruning: Pruning, ranked: bool) -> None:
+        """Newton's answers; lambdas beyond which nothing changes are cut for it."""
+        data, bounds, reduced, lambdas = self.data, self.bounds, self.reduced, self.normalised
         templates = Templates(data.C, data.targets, lambdas)
-        grams = Grams.of(data.G, data.K)
-        solver.fill(self.reduced, grams, templates, chosen, warm=self.warm, pruning=pruning)
+        if highest(lambdas) > ZERO_LAMBDA2:  # the smallest of the limits
+            cut = np.minimum(lambdas, [np.inf, ZERO_LAMBDA2, ZERO_LAMBDA3 * data.n])
+            templates = Templates(data.C, data.targets, cut)
+        relative = self.tolerances.relative
+        rules = Rules(max(SOLVER_PART * relative, LEAST_TOLERANCE), MAX_ITERATIONS, self.warm)
+        missed, lowest = advancing_kernel(
+            Grams.of(data.G, data.K), templates, lambdas, chosen, ranked, rules, pruning, self.memory,
+            Rows(*vars(reduced).values()), bounds.shared, relative, self.proved,
+        )  # fmt: skip
+        exclusion = Exclusion(pruning.units, (1.0 + pruning.margin) * lowest)
+        points = Points(reduced.W, reduced.T, reduced.Q)
+        self.proved = bounds.settled(chosen, lambdas, points, self.proved, missed, self.tolerances, exclusion)
+        self._known = None
 
     def _lassos(self, chosen: Chosen) -> None:
         """The answers where the coupling costs nothing."""
@@ -157,31 +191,19 @@ class BatchSolver:
         reduced.T[chosen] = 1.0 if lambdas[:, 0].any() else 0.0
         reduced.iterations[chosen] = 1
 
-    def _enough(self, chosen: Chosen, pruning: Pruning) -> Float[np.ndarray, " p"]:
-        """Lower bounds of F* that exclude a template: the best one has the lowest F found."""
-        lowest = min(pruning.ceiling, float((pruning.units * self.reduced.gaps[:, 0])[chosen].min()))
-        return (1.0 + pruning.margin) * lowest / pruning.units
-
-    def prove(
-        self, chosen: Chosen, *, thorough: bool = True, enough: Float[np.ndarray, " p"] | None = None
-    ) -> None:
-        """Bound the reduced answers to the chosen templates.
-
-        Without `thorough`, the first dual point is tried alone. Lower bounds of at least `enough` settle what
-        is asked; nothing better is tried then.
-        """
-        began, points = time.perf_counter(), Points(self.reduced.W, self.reduced.T, self.reduced.Q)
+    def prove(self, chosen: Chosen, *, thorough: bool = True) -> None:
+        """Bound the reduced answers to the chosen templates; without `thorough`, by the first dual point."""
+        points = Points(self.reduced.W, self.reduced.T, self.reduced.Q)
         self.proved = self.bounds.of_points(
             chosen, self.normalised, points, self.proved, tolerances=self.tolerances if thorough else None,
-            uncoupled=self.penalties.uncoupled, enough=enough,
+            uncoupled=self.penalties.uncoupled,
         )  # fmt: skip
-        self._changed()
-        self.proving += time.perf_counter() - began
+        self._known = None
 
     def finish(self) -> None:
         """Solve every template to the end."""
         self.advance(self.ready.nonzero()[0])
-        self.fall_back((~self.certified).nonzero()[0])
+        self.fall_back((~self.known.certified).nonzero()[0])
 
     def fall_back(self, chosen: Chosen, solver: Solver | None = None, *, escalate: bool = True) -> None:
         """Solve the chosen templates one by one, on the original data; the Gram matrices are shared."""
@@ -193,45 +215,36 @@ class BatchSolver:
             problem = self.data.problem(j, self.penalties)
             self.singles[j] = solved(problem, solver, self.tolerances, self.budget, escalate=escalate)
         del shared
-        self._changed()
+        self._known = None
         self.falling_back += time.perf_counter() - began
 
     @property
-    def intervals(self) -> Intervals:
-        """Bounds of every F* that are known so far, on the original data."""
-        lower, upper, _ = self._values
-        return lower, upper
+    def known(self) -> Known:
+        """What is known so far, on the original data."""
+        if self._known is None:
+            self._known = self._look()
+        return self._known
 
-    @cached_property
-    def certified(self) -> Bool[np.ndarray, " p"]:
-        """Which answers are certified so far."""
-        lower, _, gap = self._values
-        return certified_gaps(gap, lower, self.bounds, self.tolerances, self.singles)
-
-    @cached_property
-    def _values(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
-        """lower, upper and gap on the original data; powers of two in the safe range are exact."""
-        shift, proved = self.data.library.lengths.doubled, self.proved
-        lower, upper, gap = (np.ldexp(x, shift) for x in (proved.lower, proved.upper, proved.gap))
-        if not self.ready.all():
+    def _look(self) -> Known:
+        """Scale what is proved: powers of two in the safe range are exact."""
+        fourfold, proved, squares = self.data.library.lengths.fourfold, self.proved, self.bounds.squares
+        lower, upper, gap = proved.lower * fourfold, proved.upper * fourfold, proved.gap * fourfold
+        if not every(self.ready):
             lower[~self.ready], upper[~self.ready], gap[~self.ready] = 0.0, np.inf, np.inf
-        upper = np.minimum(upper, self.bounds.squares[1])
+        upper = np.minimum(upper, squares[1])
         for j, solution in self.singles.items():
             proof = solution.certificate
             lower[j], upper[j], gap[j] = proof.lower, proof.upper, proof.gap
-        return lower, upper, gap
-
-    def _changed(self) -> None:
-        """Forget what was known before."""
-        self.__dict__.pop("_values", None)
-        self.__dict__.pop("certified", None)
+        return Known(
+            lower, upper, gap, certified_gaps(gap, lower, self.bounds, self.tolerances, self.singles)
+        )
 
     def answers(self) -> Answers:
         """What is known, on the original data; nothing can be added afterwards."""
         for array in (*self.proved, *vars(self.reduced).values()):
-            array.flags.writeable = False
-        lower, upper, gap = self._values
-        stages = Stages(self.data.seconds, self.solving, self.proving, self.falling_back)
+            array.setflags(write=False)
+        lower, upper, gap, _ = self.known
+        stages = Stages(self.data.seconds, self.solving, self.falling_back)
         return Answers(
             self.bounds, self.penalties, self.tolerances, lower, upper, gap, self.reduced, self.proved,
             dict(self.singles), stages,
@@ -288,12 +301,11 @@ def solve_many(
             "start", value=type(start).__name__, must=must, remedy="Pass what solve_many returned."
         )
     earlier = None if start is None else start.data
-    bounds = DataBounds.of(ReducedData.of(X, O, modalities, earlier=earlier))
     penalties = Penalties(lambda1, lambda2, lambda3)
     tolerances = Tolerances(relative_tolerance, absolute_tolerance)
-    batch = BatchSolver.of(bounds, penalties, tolerances, start, budget)
-    batch.finish()
-    return batch.answers()
+    with np.errstate(all="ignore"):  # what overflows is bounded by infinity
+        bounds = DataBounds.of(ReducedData.of(X, O, modalities, earlier=earlier))
+        return _answers(bounds, penalties, tolerances, start, budget)
 
 
 def solve_path(
@@ -321,10 +333,19 @@ def solve_path(
     Answers
         In the order of the grid.
     """
-    bounds, last = DataBounds.of(ReducedData.of(X, O, modalities)), None
-    tolerances = Tolerances(relative_tolerance, absolute_tolerance)
+    tolerances, last = Tolerances(relative_tolerance, absolute_tolerance), None
+    with np.errstate(all="ignore"):
+        bounds = DataBounds.of(ReducedData.of(X, O, modalities))
     for triple in grid:
-        batch = BatchSolver.of(bounds, Penalties.of(triple), tolerances, last, Budget(seconds))
-        batch.finish()
-        last = batch.answers()
+        with np.errstate(all="ignore"):
+            last = _answers(bounds, Penalties.of(triple), tolerances, last, Budget(seconds))
         yield last
+
+
+def _answers(
+    bounds: DataBounds, penalties: Penalties, tolerances: Tolerances, start: Answers | None, budget: Budget
+) -> Answers:
+    """Every template, solved to the end."""
+    batch = BatchSolver.of(bounds, penalties, tolerances, start, budget)
+    batch.finish()
+    return batch.answers()

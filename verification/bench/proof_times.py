@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 from functools import partial
-from statistics import median
 
 import numpy as np
 
+from convexperc.certificate.cases import AnswerBounds
 from convexperc.certificate.certificate import certify
+from convexperc.certificate.data_bounds import Points
 from convexperc.enclosure.enclosure import enclose
 from convexperc.solution.batch import solve_many
 from verification.bench.floor import timed
@@ -60,13 +61,18 @@ def proof_times(instance: Instance, repeat: int) -> list[ProofTimes]:
         w, u = np.array(answers.w[0]), answers.u(0)
         proof, ball = certify(problem, w, u), enclose(problem, bits=BITS, start=(w, u))
         exact = ball.exact
-        proved = median(work().stages.prove for _ in range(repeat)) / len(answers)
+        bound = partial(
+            answers.bounds.of_points, np.arange(len(answers)), answers.data.normalised(answers.penalties),
+            Points(answers.reduced.W, answers.reduced.T, answers.reduced.Q),
+            AnswerBounds.unknown(len(answers), problem.n, problem.m), tolerances=answers.tolerances,
+            uncoupled=False,
+        )  # fmt: skip
         found.append(
             ProofTimes(
                 lambdas,
                 timed(partial(certify, problem, w, u), repeat),
                 (proof.upper - proof.lower) / proof.upper,
-                proved,
+                timed(bound, repeat) / len(answers),
                 timed(partial(enclose, problem, bits=BITS, start=(w, u)), repeat),
                 float((exact.upper - exact.lower) / exact.upper),
                 timed(work, repeat),

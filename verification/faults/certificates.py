@@ -216,13 +216,13 @@ ACCEPTED = (
     Fault(
         "views of a batch proved zero for nothing",
         "B2/batch",
-        wrapped(DataBounds, "of_points", lambda b, *a: b._replace(zero_views=np.ones_like(b.zero_views))),
+        wrapped(DataBounds, "settled", lambda b, *a: b._replace(zero_views=np.ones_like(b.zero_views))),
     ),
     Fault(
         "modalities of a batch proved zero for nothing",
         "B2/batch",
         wrapped(
-            DataBounds, "of_points", lambda b, *a: b._replace(zero_modalities=np.ones_like(b.zero_modalities))
+            DataBounds, "settled", lambda b, *a: b._replace(zero_modalities=np.ones_like(b.zero_modalities))
         ),
     ),
 )

@@ -1,7 +1,6 @@
-from .method import Batch, Newton, Start
+from .method import Batch, Newton
 
 __all__ = [
     "Batch",
     "Newton",
-    "Start",
 ]

@@ -51,6 +51,7 @@ from convexperc.solvers.newton.workspace import (
     Q,
     Templates,
     Z,
+    workspace,
 )
 
 ROUNDING_TOLERANCE = 4e-15
@@ -101,6 +102,10 @@ class Pruning(NamedTuple):
     units: NDArray[np.float64]
     ceiling: float
     margin: float
+
+
+NO_PRUNING = Pruning(np.empty(0), np.inf, 0.0)
+"""Without units no template is pruned; ceiling and margin have no effect."""
 
 
 @no_type_check
@@ -335,13 +340,14 @@ def keep(room, rows, j, n):
 
 
 @no_type_check
-def solve_batch(grams, templates, order, rules, pruning, room, rows):
+def solve_batch(grams, templates, order, rules, pruning, memory, rows):
     """Solve the templates of `order` in turn; those of equal lambda1 share a start, unless rows hold them.
 
     Fills in their rows. A template is pruned when its lower bound exceeds `pruning.ceiling` or the lowest F
-    of the templates before it, by `pruning.margin`.
+    of the templates before it, by `pruning.margin`. Returns the lower one of the two.
     """
     n, lambdas, ceiling, pruned = grams.G.shape[0], templates.lambdas, pruning.ceiling, pruning.units.size > 0
+    room = workspace(memory, n, grams.K.shape[0])
     for k in range(order.size):
         j = order[k]
         if k > 0 and lambdas[j, 0] != lambdas[order[k - 1], 0]:
@@ -359,6 +365,7 @@ def solve_batch(grams, templates, order, rules, pruning, room, rows):
         if pruned:
             ceiling = min(ceiling, F * pruning.units[j])
         keep(room, rows, j, n)
+    return ceiling
 
 
 def _interpreted_seconds(
@@ -369,5 +376,5 @@ def _interpreted_seconds(
     return float(order.size * (1e-2 + 3e-7 * (m + 3) * n * n))
 
 
-newton_kernel = Kernel(solve_batch, _interpreted_seconds, compile_seconds=10.0)
+newton_kernel = Kernel(solve_batch, _interpreted_seconds, compile_seconds=5.0)
 """`solve_batch`, interpreted or compiled."""

@@ -9,31 +9,16 @@ from convexperc.problem.arrays import Matrix
 from convexperc.problem.problem import Problem
 from convexperc.problem.reduction import Reduction
 from convexperc.solvers.interface import SolverResult
-from convexperc.solvers.newton.loop import Pruning, Rules, newton_kernel
+from convexperc.solvers.newton.loop import NO_PRUNING, Rules, newton_kernel
 from convexperc.solvers.newton.subproblem import lasso_kernel
-from convexperc.solvers.newton.workspace import Grams, H, Rows, Templates, new_workspace
+from convexperc.solvers.newton.workspace import Grams, H, Rows, Templates, new_memory, workspace
 
-NO_PRUNING = Pruning(np.empty(0), np.inf, 0.0)
-"""Without units no template is pruned; ceiling and margin have no effect."""
+MAX_ITERATIONS = 80
+"""Largest number of Newton steps for each template, if nothing else is asked for."""
 SOLVED, DIRECT = "gap within the tolerance", "direct solution"
 STAGNATED, LIMIT = "stagnation at rounding level", "iteration limit"
 STATUSES = (SOLVED, DIRECT, STAGNATED, LIMIT)
 """Status texts of `Newton`; the gap is that of the reduced data, without a bound of its rounding errors."""
-
-
-@dataclass(frozen=True, eq=False)
-class Start:
-    """Starting points: the (w, t) of earlier answers, one row for each template.
-
-    Attributes
-    ----------
-    W : float64 (p, n)
-    T : float64 (p, m)
-        t_i = 2 ||u^i|| / lambda3.
-    """
-
-    W: Float[np.ndarray, "p n"]
-    T: Float[np.ndarray, "p m"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +47,9 @@ class Batch:
     @classmethod
     def new(cls, p: int, n: int, m: int) -> "Batch":
         """Room for the answers; all are 0, and no gap is known."""
-        W, Q, T = np.zeros((p, n)), np.zeros((p, n)), np.zeros((p, m))
-        return cls(W, T, Q, np.zeros(p, dtype=np.int64), np.full((p, 2), np.nan))
+        gaps = np.empty((p, 2))
+        gaps.fill(np.nan)
+        return cls(np.zeros((p, n)), np.zeros((p, m)), np.zeros((p, n)), np.zeros(p, dtype=np.int64), gaps)
 
     def status(self, j: int, tolerance: float, limit: int) -> str:
         """Why template j was left, one of `STATUSES`: at this relative gap, or after so many iterations."""
@@ -73,10 +59,6 @@ class Batch:
         if gap <= tolerance * F:
             return SOLVED
         return LIMIT if self.iterations[j] >= limit else STAGNATED
-
-    def start(self) -> Start:
-        """A start for the next set of views, or for the next lambdas."""
-        return Start(self.W, self.T)
 
 
 @dataclass(frozen=True)
@@ -92,7 +74,7 @@ class Newton:
     """
 
     tolerance: float = 1e-11
-    max_iterations: int = 80
+    max_iterations: int = MAX_ITERATIONS
 
     @property
     def name(self) -> str:
@@ -121,10 +103,10 @@ class Newton:
         C: Float[np.ndarray, "p n"],
         targets: Float[np.ndarray, " p"],
         lambdas: Float[np.ndarray, "p 3"],
-        start: Start | None = None,
-        pruning: Pruning | None = None,
     ) -> Batch:
         """Answer all templates of a set of views; lambda1, lambda3 > 0.
+
+        The first one starts cold, and its t starts the others of the same lambda1.
 
         Parameters
         ----------
@@ -137,10 +119,6 @@ class Newton:
         targets : float64 (p,)
             ||o_j||^2.
         lambdas : float64 (p, 3)
-        start : Start, optional
-            If absent, the first template starts cold, and its t starts the others of the same lambda1.
-        pruning : Pruning, optional
-            Stop early on templates whose optimum is bounded away from the lowest one.
 
         Returns
         -------
@@ -148,32 +126,12 @@ class Newton:
         """
         p, n = C.shape
         batch = Batch.new(p, n, len(K))
-        if start is not None:
-            batch.W[:], batch.T[:] = start.W, start.T
-        templates, order = Templates(np.ascontiguousarray(C), targets, lambdas), np.arange(p)
-        self.fill(batch, Grams.of(G, K), templates, order, warm=start is not None, pruning=pruning)
-        return batch
-
-    def fill(
-        self,
-        batch: Batch,
-        grams: Grams,
-        templates: Templates,
-        order: Int[np.ndarray, " k"],
-        *,
-        warm: bool,
-        pruning: Pruning | None,
-    ) -> None:
-        """Answer some templates, in this order; their rows of `batch` hold the starts if `warm`."""
         newton_kernel(
-            grams,
-            templates,
-            order,
-            Rules(self.tolerance, self.max_iterations, warm),
-            NO_PRUNING if pruning is None else pruning,
-            new_workspace(templates.C.shape[1], len(grams.K)),
+            Grams.of(G, K), Templates(np.ascontiguousarray(C), targets, lambdas), np.arange(p),
+            Rules(self.tolerance, self.max_iterations, False), NO_PRUNING, new_memory(n, len(K)),
             Rows(*vars(batch).values()),
-        )
+        )  # fmt: skip
+        return batch
 
     def _uncoupled(self, problem: Problem, reduction: Reduction) -> SolverResult:
         """Solve a lasso in w for lambda1 = 0 (then u = 0) or lambda3 = 0 (then Xu is the projection of w)."""
@@ -239,7 +197,8 @@ def _lassos(
     quadratic: Float[np.ndarray, "n n"], C: Float[np.ndarray, "p n"], weights: Float[np.ndarray, " p"]
 ) -> Float[np.ndarray, "p n"]:
     """Minimise w'Qw - 2 c_j'w + weight_j ||w||_1 for every row of C."""
-    found, room = np.empty_like(C), new_workspace(C.shape[1], 0)
+    n = C.shape[1]
+    found, room = np.empty_like(C), workspace(new_memory(n, 0), n, 0)
     room.matrices[H] = 2.0 * quadratic
     lasso_kernel(-2.0 * C, weights, room, found)
     return found

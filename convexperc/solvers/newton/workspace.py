@@ -4,12 +4,12 @@ A kernel with few arguments compiles several times as fast as one with many. Wit
 a vector of unknowns (w, t) has N = n + m entries; shorter ones use the leading entries of a row.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, no_type_check
 
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.solvers.newton.lapack import NUMBER, Arguments, address, new_arguments
+from convexperc.solvers.newton.lapack import ARGUMENTS, NUMBER, Arguments, address, arguments_in
 
 Z, Q, GW, KQ = 0, 1, 2, 3
 """Rows of a point: (w, t), (q, r), G w, and from `KQ` on K_i q; t_i = 2 ||u^i|| / lambda3, q = S(t)^-1 w,
@@ -141,16 +141,43 @@ class Workspace(NamedTuple):
     arguments: Arguments
 
 
-def new_workspace(n: int, m: int) -> Workspace:
-    """Memory for n views and m modalities, in which nothing is known yet."""
+class Memory(NamedTuple):
+    """What a workspace is laid out in, as an array of float64, and where it lies."""
+
+    numbers: Floats
+    at: int
+
+
+def new_memory(n: int, m: int) -> Memory:
+    """Memory for n views and m modalities."""
     N = n + m
-    numbers, integers = np.zeros((3 * (3 + m) + 7 * N + 10, N)), np.zeros(7 * N + 6, dtype=np.int64)
-    points, matrices, vectors = numbers[: 3 * (3 + m)], numbers[3 * (3 + m) : -10], numbers[-10:]
+    numbers = np.zeros((3 * (3 + m) + 14 * N + 10) * N + 6 + ARGUMENTS)
+    return Memory(numbers, address(numbers))
+
+
+@no_type_check
+def workspace(memory, n, m):
+    """Lay out a workspace in which nothing is known yet; what it held before has no effect."""
+    N, numbers, at = n + m, memory.numbers, memory.at
+    points_from = ARGUMENTS
+    matrices_from = points_from + 3 * (3 + m) * N
+    vectors_from = matrices_from + 7 * N * N
+    sets_from = vectors_from + 10 * N
+    counts_from = sets_from + 7 * N
+    points = numbers[points_from:matrices_from].reshape((3, 3 + m, N))
+    matrices = numbers[matrices_from:vectors_from].reshape((7, N, N))
+    vectors = numbers[vectors_from:sets_from].reshape((10, N))
+    sets = numbers[sets_from:counts_from].view(np.int64).reshape((7, N))
+    counts = numbers[counts_from : counts_from + 6].view(np.int64)
     vectors[LATEST_T, 0] = vectors[BASE_T, 0] = np.nan
-    sets, at = integers[: 7 * N].reshape(7, N), address(numbers)
-    sets[VIEWS : BASE_VIEWS + 1] = sets[MODEL_VIEWS] = np.arange(N)
-    matrices_at = at + NUMBER * points.size
+    for k in range(N):
+        vectors[LAST_T, k] = 0.0
+        for row in range(7):
+            sets[row, k] = 0
+        sets[VIEWS, k], sets[BASE_VIEWS, k], sets[MODEL_VIEWS, k] = k, k, k
+    for k in range(6):
+        counts[k] = 0
     return Workspace(
-        points.reshape(3, 3 + m, N), matrices.reshape(7, N, N), vectors, sets, integers[7 * N :], at,
-        matrices_at, matrices_at + NUMBER * matrices.size, new_arguments(),
+        points, matrices, vectors, sets, counts, at + NUMBER * points_from, at + NUMBER * matrices_from,
+        at + NUMBER * vectors_from, arguments_in(numbers, at),
     )  # fmt: skip

@@ -11,11 +11,22 @@ from convexperc.certificate.lasso import lasso_bounding_kernel
 from convexperc.certificate.reduced import bounding_kernel
 from convexperc.kernels.kernel import Kernel
 from convexperc.kernels.machine_code import FOLDER_VARIABLE
+from convexperc.problem.problem import Problem
+from convexperc.recognition.label import recognize
+from convexperc.solution.advancing import advancing_kernel, ranking_kernel
 from convexperc.solution.batch import solve_many
+from convexperc.solution.single import solve
 from convexperc.solvers.newton.loop import newton_kernel
 from convexperc.solvers.newton.subproblem import lasso_kernel
 
-KERNELS = (newton_kernel, lasso_kernel, bounding_kernel, lasso_bounding_kernel)
+KERNELS = (
+    newton_kernel,
+    lasso_kernel,
+    bounding_kernel,
+    lasso_bounding_kernel,
+    advancing_kernel,
+    ranking_kernel,
+)
 SHAPES = (
     (1, (1,), 1),
     (2, (1, 2), 3),
@@ -45,8 +56,12 @@ def answered(form: str, monkeypatch: pytest.MonkeyPatch, X: Any, O: Any, **named
     with monkeypatch.context() as patch:
         for kernel in KERNELS:
             patch.setattr(kernel, "_machine_code", None)
-        found = solve_many(X, O, **named)
-    return [found.lower, found.upper, found.gap, found.w, found.modality_norms, *vars(found.reduced).values()]
+        alone = solve(Problem(X, O[:, 0], **named))
+        found = solve_many(X, O, **named), recognize(X, O, escalate=False, **named).answers
+    parts = [alone.w, alone.u, np.array([alone.certificate.lower, alone.certificate.upper])]
+    for each in found:
+        parts += [each.lower, each.upper, each.gap, each.w, each.modality_norms, *vars(each.reduced).values()]
+    return parts
 
 
 @pytest.mark.parametrize("lambdas", [(1.0, 0.1, 0.1), (0.1, 2.0, 0.01), (0.0, 0.3, 1.0), (0.5, 0.3, 0.0)])
@@ -63,6 +78,18 @@ def test_both_forms_give_the_same_bits(
     )
     for k, (one, two) in enumerate(zip(interpreted, compiled, strict=True)):
         assert one.tobytes() == two.tobytes(), (k, one, two)
+
+
+@pytest.mark.parametrize("lambdas", [(1.0, 0.1, 0.1), (0.5, 0.3, 0.0)])
+def test_both_forms_give_the_same_bits_where_answers_are_predicted(
+    lambdas: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    X, O = library(1, 2, 3, 96)
+    named = dict(zip(("lambda1", "lambda2", "lambda3"), lambdas, strict=True), modalities=[1, 2])
+    interpreted, compiled = (
+        answered(form, monkeypatch, X, O, **named) for form in ("interpreted", "compiled")
+    )
+    assert all(one.tobytes() == two.tobytes() for one, two in zip(interpreted, compiled, strict=True))
 
 
 def _summed(x: np.ndarray) -> float:

@@ -8,6 +8,7 @@ import pytest
 from convexperc.problem.problem import Problem
 from convexperc.problem.reduction import Reduction
 from convexperc.problem.scaling import Scaling
+from convexperc.solution.batch import solve_many
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Status
 from convexperc.solvers.conic import Conic
@@ -99,12 +100,13 @@ def test_a_batch_gives_what_one_by_one_gives():
 
 
 def test_a_warm_start_at_the_answer_needs_no_steps():
-    _, reduction, C, targets, lambdas = frame()
-    cold = Newton().batch(reduction.G, reduction.K, C, targets, lambdas)
-    warm = Newton().batch(reduction.G, reduction.K, C, targets, lambdas, start=cold.start())
+    problems, *_ = frame()
+    X, O, named = problems[0].X, np.array([problem.o for problem in problems]).T, {"modalities": [20, 30, 10]}
+    cold = solve_many(X, O, lambda1=1, lambda2=0.1, lambda3=0.1, **named)
+    warm = solve_many(X, O, lambda1=1, lambda2=0.1, lambda3=0.1, start=cold, **named)
     assert warm.iterations.max() <= 1, warm.iterations
     assert cold.iterations.min() >= 2, cold.iterations
-    assert np.allclose(warm.W, cold.W, atol=1e-8), (warm.W, cold.W)
+    assert np.allclose(warm.w, cold.w, atol=1e-8), (warm.w, cold.w)
 
 
 def test_the_order_of_the_templates_does_not_matter():

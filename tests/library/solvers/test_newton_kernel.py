@@ -6,19 +6,26 @@ import pytest
 from convexperc.problem.problem import Problem
 from convexperc.problem.reduction import Reduction
 from convexperc.solvers.newton.lapack import (
+    ARGUMENTS,
     SHORT,
+    Arguments,
     address,
+    arguments_in,
     cholesky_extend,
     cholesky_inverse,
     cholesky_solve,
     inner,
-    new_arguments,
     symmetric_times,
 )
 from convexperc.solvers.newton.method import Newton
 from convexperc.solvers.newton.subproblem import minimise
-from convexperc.solvers.newton.workspace import END, GRADIENT, START, H, new_workspace
+from convexperc.solvers.newton.workspace import END, GRADIENT, START, H, new_memory, workspace
 from verification.bench.instances import LAMBDAS, SHAPES, Instance
+
+
+def new_arguments() -> Arguments:
+    memory = np.zeros(ARGUMENTS)
+    return arguments_in(memory, address(memory))
 
 
 def positive(n: int, seed: int = 0) -> np.ndarray:
@@ -62,7 +69,7 @@ def test_what_is_not_positive_definite_is_refused():
 @pytest.mark.parametrize("seed", range(20))
 def test_the_minimiser_of_the_model_is_stationary_and_a_factor_can_be_used_again(seed):
     rng, n, N, weight = np.random.default_rng(seed), 6, 9, 2.0
-    room = new_workspace(n, N - n)
+    room = workspace(new_memory(n, N - n), n, N - n)
     room.matrices[H] = positive(N, seed)
     for _ in range(3):
         room.vectors[GRADIENT] = 10 * rng.normal(size=N)
