@@ -35,7 +35,7 @@ def warm() -> tuple[Path, ...]:
     """Load the machine code of all kernels into this process; what is not there yet is compiled and kept.
 
     Without it, the solver is interpreted, and scikit-image describes the pictures, until that has taken as
-    long as this would take: about a second where the machine code exists, about ten seconds where it does not.
+    long as this would take: about a second where the machine code exists, about ten where it does not.
 
     Returns
     -------
