@@ -22,7 +22,7 @@ def settings(style: Mapping[str, Any]) -> Iterator[None]:
     looked at.
     """
     chosen: dict[Any, Any] = {name: value for name, value in mpl.rcParamsDefault.items() if name != "backend"}
-    with mpl.rc_context(chosen | {"font.family": FAMILY, "text.parse_math": False} | dict(style)):
+    with mpl.rc_context(chosen | {"font.family": FAMILY} | dict(style)):
         yield
 
 

@@ -43,8 +43,10 @@ STYLE: dict[Any, Any] = {
     "text.color": INK,
     "svg.hashsalt": "convexperc",
     "svg.fonttype": "path",
+    "text.parse_math": False,
 }
-"""Matplotlib's settings beside `canvas.settings`; the salt and the paths make the bytes reproducible."""
+"""Matplotlib's settings beside `canvas.settings`; salt and paths make the bytes reproducible. A dollar sign
+in a name is no formula."""
 
 
 def draw(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:

@@ -27,6 +27,7 @@ WIDTH = 4.7
 """Inches; 450 pixels, so that 10 point letters stay readable on a phone."""
 STYLE: dict[Any, Any] = {
     "font.size": 10.0,
+    "text.parse_math": False,  # a dollar sign in a name is one
     "text.color": INK,
     "axes.labelcolor": INK,
     "axes.edgecolor": QUIET,

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -145,6 +146,15 @@ def test_the_growth_is_drawn(kind, head):
     drawn = growth_plot(lines, kind)
     assert drawn.startswith(head)
     assert drawn == growth_plot(lines, kind)
+
+
+def test_powers_of_ten_are_drawn_as_such():
+    lines = [Growth(size, (1, 10), (1e-3, 1e-2), (1e-3, 1.0)) for size in "ndmp"]
+    text = growth_plot(lines, "svg").decode()
+    labels = re.findall(r"<!-- \$\\mathdefault\{10\^\{\d+\}\}\$ -->(.*?)</g>\s*</g>", text, re.DOTALL)
+    assert len(labels) >= 3, "the labels of the times"
+    for label in labels:
+        assert label.count("<use") == 3, label  # 1, 0 and the exponent, not the signs of the formula
 
 
 def test_the_whole_frame_is_recognised_and_mostly_pruned():
