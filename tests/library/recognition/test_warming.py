@@ -3,8 +3,10 @@
 import json
 
 PROGRAM = """
-import json, sys, warnings
+import json, os, sys, warnings
 from pathlib import Path
+
+os.environ["CONVEXPERC_CACHE_DIR"] = sys.argv[1]
 
 warnings.simplefilter("error")
 import numpy as np
@@ -22,8 +24,9 @@ print(json.dumps([made, len(paths), all(map(Path.is_file, paths)), {k.name for k
 """
 
 
-def test_every_kernel_is_made_and_kept(interpreter):
-    done = interpreter.run(PROGRAM)
+def test_every_kernel_is_made_and_kept(interpreter, tmp_path):
+    """In a folder that no other process writes to while the files are counted."""
+    done = interpreter.run(PROGRAM, tmp_path)
     assert done.returncode == 0, done
     made, count, kept, all_known, scikit_image = json.loads(done.stdout)
     assert all(made)
