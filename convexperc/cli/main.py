@@ -96,7 +96,7 @@ RECOGNIZE_HELP = (
 def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     references: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder with one picture of each object, named by its label."),
+        typer.Option(metavar="DIR", help="Folder with OBJECT.png or OBJECT/*.png for each object."),
     ] = None,
     views: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder with one picture from each robot.")
@@ -139,6 +139,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         if configuration is not None:
             chosen = features.read_configuration(configuration)
         heading, known, seen = _pictures(references, views, scene)
+        omitted = _left_out(references, views)
         prepared = recognition.References.of(known, chosen)
         found = recognition.perceive(
             seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
@@ -148,6 +149,8 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         if figure is not None and kind is not None:
             content[figure] = report.recognition_picture(found, seen, kind)
     _write(content)
+    for line in omitted:
+        typer.echo(escaped(line), err=True)
     tables = report.tables
     out = tables.console()
     out.print(escaped(heading))
@@ -264,16 +267,26 @@ def warm() -> bool:
 
 def _pictures(
     references: Path | None, views: Path | None, scene: str | None
-) -> "tuple[str, recognition.NamedPictures, recognition.NamedPictures]":
+) -> "tuple[str, recognition.ReferencePictures, recognition.NamedPictures]":
     """Return the heading, the pictures of the known objects, and the views."""
     if references is not None and views is not None:
-        known, seen = recognition.read_pictures(references), recognition.read_pictures(views)
+        known, seen = recognition.read_references(references), recognition.read_pictures(views)
         return f"{len(seen)} views in {views}, {len(known)} objects in {references}", known, seen
     names = recognition.sample_names()
     shown = recognition.sample_scene(names[0] if scene is None else scene)
     others = ", ".join(f"--scene {name}" for name in names if name != shown.name)
     heading = f"Sample: {len(shown.views)} robots look at {shown.name} (other scenes: {others})"
     return heading, shown.references, shown.views
+
+
+def _left_out(references: Path | None, views: Path | None) -> list[str]:
+    """One line for each folder of which something is left out."""
+    lines = []
+    for folder, objects in ((references, True), (views, False)):
+        said = () if folder is None else recognition.left_out(folder, references=objects)
+        if said:
+            lines.append(f"left out of {folder}: {', '.join(said)}")
+    return lines
 
 
 def _check_outputs(outputs: dict[str, Path | None], inputs: dict[str, Path | None]) -> None:

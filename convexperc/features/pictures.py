@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 
 from convexperc.errors import ImageError
 from convexperc.features.decoding import MAX_BYTES, check_size, decode
+from convexperc.features.folders import SUFFIXES, Folder
 
 Picture = UInt8[np.ndarray, "h w 3"]
 Pictures = list[UInt8[np.ndarray, "_ _ 3"]]
 """Each has its own size."""
 GrayPicture = UInt8[np.ndarray, "h w"]
-
-SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp"})
-"""Suffixes, in lower case, of the files that `list_images` returns."""
 
 
 def read_image(path: str | os.PathLike[str]) -> Picture:
@@ -169,20 +167,13 @@ def list_images(folder: str | os.PathLike[str]) -> list[Path]:
     ImageError
         `folder` is not a readable directory, or holds no file with one of `SUFFIXES` (in any case).
     """
-    name = f"folder {os.fspath(folder)}"
-    try:
-        entries = sorted(Path(folder).iterdir(), key=lambda entry: entry.name)
-    except (OSError, ValueError) as problem:
-        raise ImageError(name, value=str(problem), must="must be a readable folder") from None
-    pictures = [
-        e for e in entries if e.suffix.lower() in SUFFIXES and not e.name.startswith(".") and e.is_file()
-    ]
-    if not pictures:
+    found = Folder.of(folder)
+    if not found.pictures:
         wanted = f"must hold a picture ({', '.join(sorted(SUFFIXES))})"
-        raise ImageError(
-            name, value=f"{len(entries)} other entries", must=wanted, remedy="Is it the right folder?"
-        )
-    return pictures
+        value = f"{len(found.folders) + len(found.others)} other entries"
+        name, remedy = f"folder {os.fspath(folder)}", "Is it the right folder?"
+        raise ImageError(name, value=value, must=wanted, remedy=remedy)
+    return list(found.pictures)
 
 
 def _read_bytes(path: Path, name: str) -> bytes:

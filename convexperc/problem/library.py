@@ -1,7 +1,7 @@
 """The known objects: a library of templates, checked and measured once, and used for many sets of views."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from convexperc.caching import cached_property
-from convexperc.errors import InputError, ModalityError, ProblemError, TemplateNameError
+from convexperc.errors import ModalityError, TemplateNameError
 from convexperc.problem.arrays import BLOCK, FeatureVector, real_array
-from convexperc.problem.conversion import held_exactly
+from convexperc.problem.columns import Columns
 from convexperc.problem.modalities import CHUNK, Modalities
 
 SAFE_SQUARE = 2.0**200
@@ -24,10 +24,14 @@ class TemplateLibrary:
 
     Parameters
     ----------
-    templates : mapping of str to array_like (d,), or array_like (d, p)
-        Each object's name and reference features; or the columns of O.
+    templates : mapping of str to array_like, or array_like (d, p)
+        Each object's name and its references: features (d,), several rows of them (k, d), or a mapping of
+        their own names to features (d,). Or the columns of O.
     names : sequence of p str, optional
-        Names of the columns of an array; ``object 1`` ... without.
+        Names of the columns of an array, all different; ``object 1`` ... without.
+    objects : sequence of p str, optional
+        The object that each column of an array shows; columns of one object are its references. Without, each
+        column is an object of its own.
     modalities : see `Modalities.of`
 
     Attributes
@@ -39,6 +43,8 @@ class TemplateLibrary:
         The partition of the d features.
     given_names : tuple of p str, or None
         One name a template, all different, if they were given.
+    given_objects : tuple of p str, or None
+        The object that each template shows; None where each shows another one, and has its name.
 
     Raises
     ------
@@ -59,39 +65,60 @@ class TemplateLibrary:
     O: Any  # noqa: E741 - the paper's symbol
     modalities: Modalities
     given_names: tuple[str, ...] | None
+    given_objects: tuple[str, ...] | None
 
-    def __init__(self, templates: Any, *, names: Sequence[str] | None = None, modalities: Any = None) -> None:
-        columns, found = read_columns(templates, names)
-        if columns.flags.writeable and not isinstance(columns, np.memmap):
-            columns = columns.copy()
-            columns.flags.writeable = False
-        parts = Modalities.of(modalities, columns.shape[0])
-        self.__dict__.update(O=columns, modalities=parts, given_names=found)
+    def __init__(
+        self,
+        templates: Any,
+        *,
+        names: Sequence[str] | None = None,
+        objects: Sequence[str] | None = None,
+        modalities: Any = None,
+    ) -> None:
+        columns = Columns.of(templates, names, objects)
+        O = columns.O  # noqa: E741 - the paper's symbol
+        if O.flags.writeable and not isinstance(O, np.memmap):
+            O = O.copy()  # noqa: E741
+            O.flags.writeable = False
+        self._fill(columns._replace(O=O), Modalities.of(modalities, O.shape[0]))
+
+    def _fill(self, columns: Columns, modalities: Modalities) -> None:
+        self.__dict__.update(
+            O=columns.O, modalities=modalities, given_names=columns.names, given_objects=columns.objects
+        )
 
     @classmethod
     def of(
-        cls, templates: Any, *, names: Sequence[str] | None = None, modalities: Any = None
+        cls,
+        templates: Any,
+        *,
+        names: Sequence[str] | None = None,
+        objects: Sequence[str] | None = None,
+        modalities: Any = None,
     ) -> "TemplateLibrary":
         """Make a library, or take one as it is.
 
         Parameters
         ----------
         templates : TemplateLibrary, or as for the class
-        names, modalities : as for the class
+        names, objects, modalities : as for the class
             For a library they may be left out, or must be its own.
 
         Raises
         ------
         ProblemError, ModalityError, TemplateNameError
-            As the class; also other names or modalities than those of the library given.
+            As the class; also other names, objects or modalities than those of the library given.
         """
         if isinstance(templates, TemplateLibrary):
-            return templates._confirmed(names, modalities)
-        return cls(templates, names=names, modalities=modalities)
+            return templates._confirmed(names, objects, modalities)
+        return cls(templates, names=names, objects=objects, modalities=modalities)
 
     @classmethod
     def for_views(
-        cls, templates: Any, names: Sequence[str] | None, modalities: Modalities
+        cls,
+        templates: Any,
+        names: Sequence[str] | None,
+        modalities: Modalities,
     ) -> "TemplateLibrary":
         """Take the templates of one call, without a copy; they must have as many features as its views.
 
@@ -100,19 +127,23 @@ class TemplateLibrary:
         ProblemError, TemplateNameError
             As the class; also another number of features.
         """
-        columns, found = read_columns(templates, names, modalities.d)
         library = object.__new__(cls)
-        library.__dict__.update(O=columns, modalities=modalities, given_names=found)
+        library._fill(Columns.of(templates, names, d=modalities.d), modalities)
         return library
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self.O.flags.writeable = False
 
-    def _confirmed(self, names: Sequence[str] | None, modalities: Any) -> "TemplateLibrary":
-        """The same library, unless it is to have other names or modalities."""
+    def _confirmed(
+        self, names: Sequence[str] | None, objects: Sequence[str] | None, modalities: Any
+    ) -> "TemplateLibrary":
+        """The same library, unless it is to have other names, objects or modalities."""
         if names is not None and tuple(names) != self.names:
             raise TemplateNameError("names", value=names, must="must be left out: the library has names")
+        if objects is not None and tuple(objects) != self.shown:
+            must = "must be left out: the library has objects"
+            raise TemplateNameError("objects", value=objects, must=must)
         if modalities is None or modalities is self.modalities:
             return self
         wanted = Modalities.of(modalities, self.d)
@@ -132,6 +163,29 @@ class TemplateLibrary:
         if self.given_names is not None:
             return self.given_names
         return tuple(f"object {i}" for i in range(1, len(self) + 1))
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The object that each template shows."""
+        return self.names if self.given_objects is None else self.given_objects
+
+    @property
+    def several(self) -> bool:
+        """Whether some object has several templates."""
+        return len(self.objects) < len(self)
+
+    @cached_property
+    def objects(self) -> tuple[str, ...]:
+        """The objects, in the order of their first templates."""
+        return tuple(dict.fromkeys(self.shown))
+
+    @cached_property
+    def owners(self) -> Int[np.ndarray, " p"]:
+        """The place in `objects` of the object that each template shows."""
+        if self.given_objects is None:
+            return np.arange(len(self))
+        places = {name: place for place, name in enumerate(self.objects)}
+        return np.array([places[name] for name in self.given_objects])
 
     @property
     def d(self) -> int:
@@ -245,69 +299,3 @@ def squared_lengths(block: Float[np.ndarray, "d k"], first: int) -> Float[np.nda
         for j in np.flatnonzero(~np.isfinite(found)):  # an overflow of the squares alone is no fault
             real_array(block[:, j], f"O[:, {first + j}]", 1)
     return np.asarray(found)
-
-
-def read_columns(
-    templates: Any, names: Sequence[str] | None, d: int | None = None
-) -> tuple[Any, tuple[str, ...] | None]:
-    """O, with d rows if that is known, and the names of its columns; see `TemplateLibrary`."""
-    if isinstance(templates, Mapping):
-        given = checked_names(tuple(templates), len(templates), TemplateNameError, "references", "templates")
-        if names is not None and tuple(names) != given:
-            must = "must be left out where the templates are a mapping, or be its keys"
-            raise TemplateNameError("names", value=names, must=must)
-        return _columns(templates, d), given
-    columns = _as_columns(templates)
-    if d is not None and columns.shape[0] != d:
-        must = f"must have {d} rows, as X has columns"
-        raise ProblemError("O", value=columns.shape, must=must, remedy="Each column of O is one template.")
-    if names is None:
-        return columns, None
-    return columns, checked_names(names, columns.shape[1], TemplateNameError, "names", "templates")
-
-
-def checked_names(
-    names: Any, count: int, error: type[InputError], argument: str, named: str
-) -> tuple[str, ...]:
-    """As many names as there are things to be named: strings, not empty, all different.
-
-    Raises
-    ------
-    InputError
-        Of the class given.
-    """
-    given = () if isinstance(names, str) or not isinstance(names, Iterable) else tuple(names)
-    strings = all(isinstance(name, str) and name for name in given)
-    if not strings or len(given) != count or len(set(given)) != count:
-        must = f"must name each of the {count} {named} once, by strings that are not empty"
-        raise error(argument, value=names, must=must)
-    return given
-
-
-def _as_columns(templates: Any) -> Any:
-    """O as an array of real numbers with a column for each template, copied only if it is no such array."""
-    found = templates
-    plain = isinstance(found, np.ndarray) and not isinstance(found, np.ma.MaskedArray)
-    if not (plain and held_exactly(found.dtype) and found.ndim == 2):
-        found = real_array(templates, "O", 2)
-    if 0 in found.shape:
-        must = "must have at least one row and at least one column"
-        raise ProblemError("O", value=found.shape, must=must, remedy="Each column of O is one template.")
-    return found
-
-
-def _columns(templates: Mapping[str, Any], d: int | None) -> Float[np.ndarray, "d p"]:
-    """Each template of a mapping as a column, read-only."""
-    if not templates:
-        raise ProblemError("references", value=templates, must="must name at least one object")
-    rows = {name: real_array(o, f"reference {name!r}", 1) for name, o in templates.items()}
-    first = next(iter(rows))
-    must = f"must have the {rows[first].size} entries that reference {first!r} has"
-    if d is not None:
-        must = f"must have one entry for each of the {d} columns of X"
-    for name, row in rows.items():
-        if row.size != (rows[first].size if d is None else d):
-            raise ProblemError(f"reference {name!r}", value=row.shape, must=must)
-    columns = np.stack(list(rows.values())).T
-    columns.flags.writeable = False
-    return columns

@@ -2,7 +2,15 @@ from .decision import Decision
 from .label import Options, decide, decided_by, recognize, recognize_path
 from .narrowing import narrowed_answers
 from .recognition import Ranked, Recognition, Template, Verdict
-from .references import NamedPictures, References, perceive, read_pictures
+from .references import (
+    NamedPictures,
+    ReferencePictures,
+    References,
+    left_out,
+    perceive,
+    read_pictures,
+    read_references,
+)
 from .sample import SampleScene, sample_names, sample_scene
 from .warming import warm
 
@@ -12,15 +20,18 @@ __all__ = [
     "Options",
     "Ranked",
     "Recognition",
+    "ReferencePictures",
     "References",
     "SampleScene",
     "Template",
     "Verdict",
     "decide",
     "decided_by",
+    "left_out",
     "narrowed_answers",
     "perceive",
     "read_pictures",
+    "read_references",
     "recognize",
     "recognize_path",
     "sample_names",

@@ -15,7 +15,7 @@ from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.budget import SECONDS, Budget
 from convexperc.errors import RobotNameError, StartError
 from convexperc.problem.arrays import euclidean_length, lowest
-from convexperc.problem.library import checked_names
+from convexperc.problem.columns import checked_names
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.reduced import ReducedData
 from convexperc.recognition.decision import Decision
@@ -119,13 +119,14 @@ def recognize(
     ----------
     X : array_like (n, d)
         Row i is robot i's feature vector.
-    references : TemplateLibrary, mapping of str to array_like (d,), or array_like (d, p)
-        The known objects: each one's name and reference features, or the columns of O. A library is checked
-        and measured once, for any number of calls; an array may be memory-mapped.
+    references : TemplateLibrary, mapping of str to array_like, or array_like (d, p)
+        The known objects: each one's name and reference features, one vector or several, or the columns of
+        O; see `TemplateLibrary`. A library is checked and measured once, for any number of calls; an array
+        may be memory-mapped.
     lambda1, lambda2, lambda3 : real number
     modalities : see `Modalities.of`; those of the library without
     names : sequence of p str, optional
-        Names of the columns of an array; ``object 1`` ... without.
+        Names of the columns of an array; ``object 1`` ... without. A library takes the objects that they show.
     views : sequence of n str, optional
         Names of the robots; ``robot 1`` ... without.
     start : Recognition, optional
@@ -205,11 +206,16 @@ def recognize_path(
 
 
 def _bounds(
-    X: Any, references: Any, modalities: Any, names: Sequence[str] | None, start: Answers | None = None
+    X: Any,
+    references: Any,
+    modalities: Any,
+    names: Sequence[str] | None,
+    start: Answers | None = None,
 ) -> DataBounds:
     """The data, read once, with bounds of their rounding; what an earlier answer knows is kept."""
     earlier = None if start is None else start.data
-    return DataBounds.of(ReducedData.of(X, references, modalities, names=names, earlier=earlier))
+    data = ReducedData.of(X, references, modalities, names=names, earlier=earlier)
+    return DataBounds.of(data)
 
 
 def _recognised(
@@ -299,7 +305,8 @@ def decide(
     rivals = (lower <= lowest(upper)).nonzero()[0]
     if rivals.size > 1:
         rivals = rivals[np.argsort(upper[rivals], kind="stable")]
-    candidates = tuple(map(names.__getitem__, rivals.tolist()))
+    library = answers.data.library
+    candidates = tuple(dict.fromkeys(map(library.shown.__getitem__, rivals.tolist())))
     broken = broken_assumption()
     warnings: tuple[str, ...] = (broken,) if broken else ()
     if decision is Decision.OBJECTIVE and not broken:
@@ -309,25 +316,25 @@ def decide(
         label = candidates[0] if kind is Verdict.PROVED else None
         return Recognition(kind, label, candidates, reason, names, answers, views, warnings, decision)
 
-    if len(names) > 1 and _all_zero(answers):
-        candidates = names
+    if len(library.objects) > 1 and _all_zero(answers):
+        candidates = library.objects
         reason = "every optimum is w = u = 0, so that F* = ||o||^2 says nothing of the views; lower lambda2"
         return verdict(Verdict.TIE, reason)
-    if len(rivals) == 1:
+    if len(candidates) == 1:
         if decision is Decision.EXPLAINED_FRACTION:
             return verdict(Verdict.PROVED, "more of it is explained than of every other one, by proof")
         return verdict(Verdict.PROVED, "its optimum lies below every other one, by proof")
-    data = answers.data
-    first = data.library.template(int(rivals[0]))
-    others = [data.library.template(int(j)) for j in rivals[1:]]
-    ordered = tuple(names[j] for j in sorted(rivals.tolist()))
+    first, *others = (library.template(int(j)) for j in rivals)
+    ordered = sorted(rivals.tolist())
+    templates = ", ".join(names[j] for j in ordered)
+    tied = tuple(dict.fromkeys(library.shown[j] for j in ordered))
+    views_of = answers.data.views
     if all(np.array_equal(first, other) for other in others):
-        candidates = ordered
-        return verdict(Verdict.TIE, f"the templates {', '.join(candidates)} are identical")
-    if all_interchangeable(data.views.X, data.views.modalities, first, others):
-        candidates = ordered
-        reason = f"the templates {', '.join(candidates)} are the same but for the order of the data"
-        return verdict(Verdict.TIE, reason)
+        candidates = tied
+        return verdict(Verdict.TIE, f"the templates {templates} are identical")
+    if all_interchangeable(views_of.X, views_of.modalities, first, others):
+        candidates = tied
+        return verdict(Verdict.TIE, f"the templates {templates} are the same but for the order of the data")
     return verdict(Verdict.UNDECIDED, f"the intervals of {', '.join(candidates)} overlap")
 
 

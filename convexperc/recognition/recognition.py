@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
 from convexperc.caching import cached_property
@@ -37,11 +37,13 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """One object's name and its answer.
+    """One reference of an object, and its answer.
 
     Attributes
     ----------
     name : str
+    object : str
+        What it shows; its own name where the object has one reference.
     answers : Answers
     index : int
         Its place in `answers`.
@@ -52,6 +54,7 @@ class Template:
     """
 
     name: str
+    object: str
     answers: Answers
     index: int
     excluded: bool
@@ -139,7 +142,7 @@ class Recognition:
     label : str or None
         The recognised object; None unless the verdict is `PROVED`.
     candidates : tuple of str
-        The templates that may be the best, best first.
+        The objects that may be the best, best first.
     reason : str
         Why the verdict is what it is.
     names : tuple of str
@@ -180,16 +183,38 @@ class Recognition:
         return bool((self.excluded | self.answers.certified).all())
 
     @property
+    def objects(self) -> tuple[str, ...]:
+        """The known objects, in the order of their first templates."""
+        return self.answers.data.library.objects
+
+    @property
     def templates(self) -> tuple[Template, ...]:
         """All templates, in the order given."""
         return tuple(map(self._template, range(len(self.names))))
 
+    @property
+    def best_templates(self) -> tuple[Template, ...]:
+        """Of each object the template that costs least, as far as is known."""
+        return tuple(map(self._template, self._best.tolist()))
+
     def template(self, name: str | None = None) -> Template:
-        """One template by its name; without one, the first candidate."""
-        wanted = self.candidates[0] if name is None else name
+        """One template by its name, or the best one of an object; without a name, of the first candidate."""
+        wanted, library = self.candidates[0] if name is None else name, self.answers.data.library
+        if wanted in library.objects:
+            return self._template(int(self._best[library.objects.index(wanted)]))
         if wanted not in self.names:
-            raise TemplateNameError("template", value=wanted, must=f"must be one of {list(self.names)}")
+            known = [*library.objects, *self.names] if library.given_objects else list(self.names)
+            raise TemplateNameError("template", value=wanted, must=f"must be one of {known}")
         return self._template(self.names.index(wanted))
+
+    @cached_property
+    def _best(self) -> Int[np.ndarray, " objects"]:
+        """Of each object the template with the lowest upper bound; the first of them."""
+        library, upper = self.answers.data.library, self.costs[1]
+        if library.given_objects is None:
+            return library.owners
+        order = np.lexsort((upper, library.owners))
+        return np.asarray(order[np.unique(library.owners[order], return_index=True)[1]])
 
     @cached_property
     def _least(self) -> float:
@@ -198,8 +223,8 @@ class Recognition:
 
     def _template(self, j: int) -> Template:
         lower, upper = self.costs
-        cost = float(lower[j]), float(upper[j])
-        return Template(self.names[j], self.answers, j, cost[0] > self._least, cost)
+        cost, shown = (float(lower[j]), float(upper[j])), self.answers.data.library.shown[j]
+        return Template(self.names[j], shown, self.answers, j, cost[0] > self._least, cost)
 
     def ranked_views(self, name: str | None = None) -> tuple[Ranked, ...]:
         """Robots by |w_i|, largest first, for one template (default: the first candidate)."""

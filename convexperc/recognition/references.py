@@ -1,7 +1,7 @@
 """From pictures to recognition: references prepared once, then each set of views recognised against them."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Unpack
@@ -9,10 +9,11 @@ from typing import Unpack
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from convexperc.errors import ImageError, InputError
+from convexperc.errors import ImageError, InputError, TemplateNameError
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.extraction import extract
-from convexperc.features.pictures import list_images, read_image
+from convexperc.features.folders import Folder
+from convexperc.features.pictures import Picture, list_images, read_image
 from convexperc.features.recent import RecentFeatures
 from convexperc.problem.library import TemplateLibrary
 from convexperc.recognition.label import Options, recognize
@@ -20,16 +21,18 @@ from convexperc.recognition.recognition import Recognition
 
 NamedPictures = Mapping[str, UInt8[np.ndarray, "_ _ 3"]]
 """Pictures by name, each of its own size."""
+ReferencePictures = Mapping[str, UInt8[np.ndarray, "_ _ 3"] | NamedPictures]
+"""The picture of each object, or its pictures by name."""
 
 
 @dataclass(frozen=True, eq=False)
 class References:
-    """The known objects, one picture each, as columns of features.
+    """The known objects, one picture or several each, as columns of features.
 
     Attributes
     ----------
     library : TemplateLibrary
-        At least two objects; column j of its O describes the object ``names[j]``.
+        At least two objects; column j of its O describes the reference ``names[j]``.
     configuration : FeatureConfiguration
         How the library was made, and how the views will be described.
     recent : RecentFeatures
@@ -41,38 +44,57 @@ class References:
     recent: RecentFeatures = field(default_factory=RecentFeatures, repr=False)
 
     @classmethod
-    def of(cls, pictures: NamedPictures, configuration: FeatureConfiguration) -> "References":
-        """Describe each object's picture.
+    def of(cls, pictures: ReferencePictures, configuration: FeatureConfiguration) -> "References":
+        """Describe each object's pictures.
 
         Parameters
         ----------
-        pictures : mapping of str to uint8 (h, w, 3)
-            Each object's name and picture.
+        pictures : mapping of str to uint8 (h, w, 3), or to a mapping of str to such pictures
+            Each object's name and picture, or its pictures by their own names.
         configuration : FeatureConfiguration
 
         Raises
         ------
         InputError
             Fewer than two objects: the only one would be recognised in any view.
+        TemplateNameError
+            An object without a picture; a name that another reference has.
         """
         if len(pictures) < 2:
             must = "must show at least two objects"
             remedy = "With one there is nothing to tell it from: it would be recognised in any view."
             raise InputError("references", value=list(pictures), must=must, remedy=remedy)
-        columns = extract(pictures.values(), configuration).T
+        shown, names, parts = list[str](), list[str](), list[Picture]()
+        for name, picture in pictures.items():
+            own = picture if isinstance(picture, Mapping) else {"": picture}
+            if not own:
+                must = "must have at least one picture"
+                raise TemplateNameError(f"references of {name!r}", value=own, must=must)
+            for reference, part in own.items():
+                shown.append(name)
+                names.append(f"{name}/{reference}" if reference else name)
+                parts.append(part)
+        columns = extract(parts, configuration).T
         columns.flags.writeable = False
-        sizes = configuration.modality_sizes
-        library = TemplateLibrary.of(columns, names=tuple(pictures), modalities=sizes)
+        library = TemplateLibrary(
+            columns, names=names, objects=None if names == shown else shown,
+            modalities=configuration.modality_sizes,
+        )  # fmt: skip
         return cls(library, configuration)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the objects, all different."""
+        """Names of the references, all different."""
         return self.library.names
 
     @property
+    def objects(self) -> tuple[str, ...]:
+        """Names of the objects."""
+        return self.library.objects
+
+    @property
     def O(self) -> Float[np.ndarray, "d p"]:  # noqa: E743, N802 - the paper's symbol
-        """Reference features, one column an object."""
+        """Reference features, one column a reference."""
         return np.asarray(self.library.O)
 
 
@@ -84,12 +106,63 @@ def read_pictures(folder: str | os.PathLike[str]) -> NamedPictures:
     ImageError
         The folder cannot be read or holds no picture, a picture is unsound, or two files have the same stem.
     """
+    return _read(_by_stem(list_images(folder)))
+
+
+def read_references(folder: str | os.PathLike[str]) -> ReferencePictures:
+    """Read the pictures of each object: ``OBJECT.png``, or all of those in a sub-folder ``OBJECT``.
+
+    Raises
+    ------
+    ImageError
+        A folder cannot be read, there is no picture at all, a picture is unsound, or two files, or a file and
+        a folder, have the same name.
+    """
+    found = Folder.of(folder)
+    places: dict[str, Path | dict[str, Path]] = dict(_by_stem(found.pictures))
+    for inner in map(Folder.of, found.folders):
+        name = inner.path.name
+        if inner.pictures and name in places:
+            must = f"must not have the name of {places[name]}: it is the object's"
+            raise ImageError(f"folder {inner.path}", value=name, must=must, remedy="Rename one of the two.")
+        if inner.pictures:
+            places[name] = _by_stem(inner.pictures)
+    if not places:
+        list_images(folder)  # says that there is none
+    return {
+        name: _read(place) if isinstance(place, dict) else read_image(place)
+        for name, place in sorted(places.items())
+    }
+
+
+def left_out(folder: str | os.PathLike[str], *, references: bool = False) -> tuple[str, ...]:
+    """Name each entry of a folder that `read_pictures`, or `read_references`, leaves out, and say why."""
+    found = Folder.of(folder)
+    said = [f"{name} ({reason})" for name, reason in found.others]
+    for path in found.folders:
+        if not references:
+            said.append(f"{path.name} (a folder)")
+            continue
+        inner = Folder.of(path)
+        said += [f"{path.name}/{name} ({reason})" for name, reason in inner.others]
+        said += [f"{path.name}/{each.name} (a folder)" for each in inner.folders]
+        if not inner.pictures:
+            said.append(f"{path.name} (a folder without a picture)")
+    return tuple(said)
+
+
+def _by_stem(paths: Iterable[Path]) -> dict[str, Path]:
+    """Each file by its stem."""
     places: dict[str, Path] = {}
-    for path in list_images(folder):
+    for path in paths:
         if path.stem in places:
             must = f"must not have the stem of {places[path.stem].name}: it is the name"
             raise ImageError(f"picture {path}", value=path.stem, must=must, remedy="Rename one of the two.")
         places[path.stem] = path
+    return places
+
+
+def _read(places: Mapping[str, Path]) -> NamedPictures:
     return {name: read_image(path) for name, path in places.items()}
 
 

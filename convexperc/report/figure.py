@@ -76,7 +76,7 @@ class _Sheet:
         tallest = max(views[name].shape[0] / views[name].shape[1] for name in recognition.views)
         picture = min(PICTURE_HEIGHT, tallest * (cell - GUTTER))
         panels = 1.55 + rows * (NAME_HEIGHT + picture + CAPTION_HEIGHT)
-        bars = max(len(recognition.names), len(recognition.ranked_modalities()), 3)
+        bars = max(len(recognition.objects), len(recognition.ranked_modalities()), 3)
         height = (
             panels + HEADING_HEIGHT + ROW_HEIGHT * min(bars, MOST_BARS) + 0.3 * bool(recognition.warnings)
         )
@@ -171,7 +171,7 @@ def _modalities(sheet: _Sheet, ranking: tuple[Ranked, ...], best: str) -> None:
 
 
 def _objectives(sheet: _Sheet, recognition: Recognition) -> None:
-    rows = sorted(recognition.templates, key=lambda template: template.cost[1])[:MOST_BARS]
+    rows = sorted(recognition.best_templates, key=lambda template: template.cost[1])[:MOST_BARS]
     left, label, numbers, top = 4.6, 1.55, 2.25, sheet.panels + 0.35
     width = WIDTH - MARGIN - left
     heading = "Optimum F* of each object, lowest first"
@@ -182,12 +182,12 @@ def _objectives(sheet: _Sheet, recognition: Recognition) -> None:
     axes = sheet.axes(left + label, top, width - label - numbers, ROW_HEIGHT * len(rows))
     for row, template in enumerate(rows):
         lower, upper = template.cost
-        color = ACCENT if template.name in recognition.candidates else QUIET
+        color = ACCENT if template.object in recognition.candidates else QUIET
         axes.plot([0, lower], [row, row], color=LINE, linewidth=1.2, zorder=1)
         ends = [[upper - lower], [0.0]]
         axes.errorbar(upper, row, xerr=ends, fmt="o", color=color, markersize=6, capsize=2.5)
         line = top + ROW_HEIGHT * (row + 0.5) + 0.045
-        weight = "bold" if template.name == recognition.label else "normal"
+        weight = "bold" if template.object == recognition.label else "normal"
         sheet.text(left, line, _fitted(template.name, label - 0.12, 9.0), 9.0, color=color, weight=weight)
         sheet.text(left + width - numbers + 0.2, line, _digits(lower, upper), 8.5)
         sound = template.excluded or template.status is Status.CERTIFIED

@@ -13,7 +13,7 @@ from convexperc.features.configuration import FeatureConfiguration
 from convexperc.problem.files import LAMBDAS, hex_floats, partition_record
 from convexperc.problem.optimality import OptimalityResidual
 from convexperc.recognition.recognition import Ranked, Recognition, Template
-from convexperc.solution.solution import Solution, Status
+from convexperc.solution.solution import Solution
 
 
 def certificate_record(
@@ -81,11 +81,12 @@ def recognition_record(
 ) -> dict[str, Any]:
     """Return a recognition as plain JSON values: verdict, rankings for the best template, every interval.
 
-    The lowest ``cost`` decides. A template that was excluded before it was certified has no solution.
+    The lowest ``cost`` decides. The solution is that of the best template; `Template.solution` makes others.
     `configuration` is that of the features, if they were extracted from pictures.
     """
+    best = recognition.template()
     return {
-        "schema": "convexperc/recognition/4",
+        "schema": "convexperc/recognition/5",
         "decision": recognition.decision.value,
         "verdict": recognition.verdict.value,
         "label": recognition.label,
@@ -95,9 +96,11 @@ def recognition_record(
         "warnings": list(recognition.warnings),
         "features": None if configuration is None else configuration.to_dict(),
         "views": list(recognition.views),
-        "ranked_for": recognition.candidates[0],
+        "ranked_for": {"object": best.object, "template": best.name},
         "ranked_views": _ranked(recognition.ranked_views()),
         "ranked_modalities": _ranked(recognition.ranked_modalities()),
+        "solution": solution_record(best.solution),
+        "objects": [_object(template) for template in recognition.best_templates],
         "templates": [_template(template) for template in recognition.templates],
     }
 
@@ -122,11 +125,21 @@ def _ranked(ranking: Iterable[Ranked]) -> list[dict[str, Any]]:
     return [asdict(entry) | {"weight": _plain(entry.weight)} for entry in ranking]
 
 
+def _object(template: Template) -> dict[str, Any]:
+    """An object by its best template."""
+    return {"name": template.object, "best": template.name, "excluded": template.excluded}
+
+
 def _template(template: Template) -> dict[str, Any]:
     lower, upper = template.interval
-    record = {"name": template.name, "excluded": template.excluded, "status": template.status.value}
-    record |= {"lower": _exact(lower), "upper": _exact(upper)}
-    record |= {"cost": {"lower": _exact(template.cost[0]), "upper": _exact(template.cost[1])}}
-    if template.excluded and template.status is Status.NOT_CERTIFIED:
-        return record | {"solution": None}
-    return record | {"solution": solution_record(template.solution)}
+    cost = {"lower": _exact(template.cost[0]), "upper": _exact(template.cost[1])}
+    return {
+        "name": template.name,
+        "object": template.object,
+        "excluded": template.excluded,
+        "status": template.status.value,
+        "lower": _exact(lower),
+        "upper": _exact(upper),
+        "gap": _exact(template.gap),
+        "cost": cost,
+    }

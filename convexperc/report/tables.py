@@ -41,12 +41,11 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
     _show_objects(out, recognition)
     _show_ranking(out, best.name, "robot", ">w", recognition.ranked_views())
     _show_ranking(out, best.name, "modality", ">||u^i||", recognition.ranked_modalities())
-    count = int(recognition.answers.certified.sum())
     facts = [
         ("label", recognition.label or f"none; candidates: {', '.join(recognition.candidates)}"),
         ("verdict", f"{recognition.verdict.value}: {recognition.reason}"),
         *certificate_facts(solution.certificate),
-        ("objects", f"{count} of {len(recognition.names)} have a certified answer"),
+        ("objects", _counted(recognition)),
         ("solver", solver_status(solution)),
         *(("warning", warning) for warning in recognition.warnings),
         (
@@ -57,21 +56,37 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
     show_facts(out, f"Certificate for {best.name}", facts)
 
 
+def _counted(recognition: "Recognition") -> str:
+    """How many objects, and references of them, have a certified answer."""
+    certified, templates = recognition.answers.certified, recognition.best_templates
+    count = sum(bool(certified[template.index]) for template in templates)
+    said = f"{count} of {len(templates)} have a certified answer"
+    if len(recognition.names) > len(templates):
+        said += f"; so have {int(certified.sum())} of their {len(recognition.names)} references"
+    return said
+
+
 def _show_objects(out: Console, recognition: "Recognition") -> None:
-    shares = recognition.decision.value != "objective"
+    shares, several = recognition.decision.value != "objective", recognition.answers.data.library.several
 
     def row(template: "Template") -> tuple[str, ...]:
         lower, upper = template.interval
         verdict = "excluded"
-        if template.name in recognition.candidates:
+        if template.object in recognition.candidates:
             verdict = "candidate" if recognition.label is None else "label"
         bounds = below(lower), above(upper), above(template.gap, 3)
         share = (f"{below(1.0 - template.cost[1], 6)}",) if shares else ()
-        return (template.name, *share, *bounds, _WORDS[template.status.value], verdict)
+        shown = (
+            (template.object, template.name.removeprefix(f"{template.object}/"))
+            if several
+            else (template.name,)
+        )
+        return (*shown, *share, *bounds, _WORDS[template.status.value], verdict)
 
-    rows = [row(template) for template in sorted(recognition.templates, key=lambda entry: entry.cost[1])]
+    rows = [row(template) for template in sorted(recognition.best_templates, key=lambda entry: entry.cost[1])]
     share = (">explained at least",) if shares else ()
-    columns = "object", *share, ">F* at least", ">F* at most", ">gap", "certified", "verdict"
+    objects = ("object", "best reference") if several else ("object",)
+    columns = *objects, *share, ">F* at least", ">F* at most", ">gap", "certified", "verdict"
     title = "Objects, largest explained fraction first" if shares else "Objects, lowest optimum first"
     _show_table(out, title, columns, rows)
 

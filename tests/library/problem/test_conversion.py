@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from convexperc import Problem, TemplateLibrary, Tolerances, certify, enclose, recognize, solve_many
 from convexperc.errors import FileFormatError, InputError, TemplateNameError
+from convexperc.problem.columns import checked_names
 from convexperc.problem.conversion import changed
 from convexperc.problem.files import ProblemFile, read_answer, read_problem
-from convexperc.problem.library import checked_names
 from convexperc.problem.optimality import optimality_residual
 from convexperc.solvers.paper import run
 

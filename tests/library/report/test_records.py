@@ -222,7 +222,7 @@ def test_a_recognition_record_says_what_the_recognition_says():
     assert [entry["name"] for entry in record["ranked_views"]] == [r.name for r in recognition.ranked_views()]
     assert [template["name"] for template in record["templates"]] == ["p", "q"]
     assert FeatureConfiguration.from_dict(record["features"]) == FeatureConfiguration()
-    assert record["schema"] == "convexperc/recognition/4"
+    assert record["schema"] == "convexperc/recognition/5"
 
 
 def test_every_template_has_its_own_bounds_gap_and_proved_zeros():
@@ -230,12 +230,16 @@ def test_every_template_has_its_own_bounds_gap_and_proved_zeros():
     lambdas = {"lambda1": 1.0, "lambda2": 0.1, "lambda3": 0.2}
     found = recognize(X, objects, **lambdas, modalities=[1, 1, 1], prune=False)
     answers, record, (lower, upper) = found.answers, recognition_record(found), found.costs
-    assert record["ranked_for"] == found.candidates[0] != found.candidates[-1]
+    best = found.candidates[0]
+    assert record["ranked_for"] == {"object": best, "template": best}
+    assert record["solution"]["w"]["decimal"] == found.template(best).solution.w.tolist()
+    assert best != found.candidates[-1]
     assert len(set(map(tuple, answers.zero_modalities.tolist()))) > 1, answers.zero_modalities
     assert len(set(answers.gap.tolist())) > 1, answers.gap
     for j, (name, row) in enumerate(zip(found.names, record["templates"], strict=True)):
         cost = row["cost"]["lower"]["decimal"], row["cost"]["upper"]["decimal"]
         assert cost == (lower[j], upper[j]), name
+        assert (row["object"], row["gap"]["decimal"]) == (name, answers.gap[j])
         assert cost[0] < cost[1], (name, cost)
         assert found.template(name).gap == answers.gap[j], name
         proved = {each.name: each.proved_zero for each in found.ranked_modalities(name)}
