@@ -11,6 +11,8 @@ from typing import Any
 
 from convexperc.errors import FileFormatError, InputError
 
+MUST_BE_JSON = "must be a readable JSON file"
+
 
 class NoFloat(str):
     """A number as the file writes it that float64 does not hold: refused where a number is expected.
@@ -30,6 +32,22 @@ def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
         The file is not readable or not JSON, or repeats a key.
     """
     file = os.fspath(path)
+    try:
+        content = Path(path).read_bytes()
+    except OSError as problem:
+        value, remedy = problem.strerror, "Check the path."
+        raise FileFormatError(file, value=value, must=MUST_BE_JSON, remedy=remedy) from None
+    return file, parse_json(content, file)
+
+
+def parse_json(content: bytes | str, file: str) -> Any:
+    """Return a JSON value; `file` names its source in errors.
+
+    Raises
+    ------
+    FileFormatError
+        It is not JSON, or repeats a key.
+    """
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         keys = [key for key, _ in pairs]
@@ -38,16 +56,13 @@ def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
                 raise FileFormatError(f"{file}: key", value=key, must="must be given once")
         return dict(pairs)
 
-    must = "must be a readable JSON file"
     try:
-        text = Path(path).read_bytes().decode("utf-8-sig")
-        return file, json.loads(text, object_pairs_hook=once, parse_constant=NoFloat, parse_float=_float)
+        text = content if isinstance(content, str) else content.decode("utf-8-sig")
+        return json.loads(text, object_pairs_hook=once, parse_constant=NoFloat, parse_float=_float)
     except FileFormatError:
         raise
-    except OSError as problem:
-        raise FileFormatError(file, value=problem.strerror, must=must, remedy="Check the path.") from None
     except (ValueError, RecursionError) as problem:
-        raise FileFormatError(file, value=str(problem), must=must) from None
+        raise FileFormatError(file, value=str(problem), must=MUST_BE_JSON) from None
 
 
 def _float(text: str) -> float | NoFloat:
@@ -72,8 +87,8 @@ def json_bytes(record: Mapping[str, Any]) -> bytes:
     return (_layout(record, "") + "\n").encode()
 
 
-def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write a file atomically: to a temporary file in the same folder, which is then renamed.
+def write_atomic(path: str | os.PathLike[str], data: bytes | Iterable[bytes]) -> None:
+    """Write a file, whole or in parts, atomically: to a temporary one in the same folder, then renamed.
 
     Raises
     ------
@@ -85,7 +100,8 @@ def write_atomic(path: str | os.PathLike[str], data: bytes) -> None:
     try:
         try:
             with beside.open("xb") as stream:
-                stream.write(data)
+                for part in (data,) if isinstance(data, bytes) else data:
+                    stream.write(part)
                 stream.flush()
                 os.fsync(stream.fileno())
             beside.replace(place)

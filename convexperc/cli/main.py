@@ -96,7 +96,10 @@ RECOGNIZE_HELP = (
 def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     references: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder with OBJECT.png or OBJECT/*.png for each object."),
+        typer.Option(
+            metavar="DIR",
+            help="Folder with OBJECT.png or OBJECT/*.png for each object, or a file of `library`.",
+        ),
     ] = None,
     views: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder with one picture from each robot.")
@@ -135,17 +138,17 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         kind = None if figure is None else report.picture_kind(figure)
         read = {"--references": references, "--views": views, "--configuration": configuration}
         _check_outputs({"--json": json, "--picture": figure}, read)
-        chosen = features.FeatureConfiguration()
-        if configuration is not None:
-            chosen = features.read_configuration(configuration)
-        heading, known, seen = _pictures(references, views, scene)
+        heading, prepared, seen = _asked(references, views, scene, configuration)
         omitted = _left_out(references, views)
-        prepared = recognition.References.of(known, chosen)
         found = recognition.perceive(
             seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
             decision=decide.value.replace("-", " "), seconds=seconds,
         )  # fmt: skip
-        content = {} if json is None else {json: json_bytes(report.recognition_record(found, chosen))}
+        content = (
+            {}
+            if json is None
+            else {json: json_bytes(report.recognition_record(found, prepared.configuration))}
+        )
         if figure is not None and kind is not None:
             content[figure] = report.recognition_picture(found, seen, kind)
     _write(content)
@@ -243,6 +246,38 @@ def certify(
     return found.certified
 
 
+LIBRARY_HELP = (
+    """Describe the pictures of known objects, and keep that in a file for `recognize --references`."""
+)
+
+
+@app.command(help=LIBRARY_HELP)
+@exits
+def library(
+    references: Annotated[
+        Path,
+        typer.Argument(metavar="DIR", help="Folder with OBJECT.png or OBJECT/*.png for each object."),
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Write the library; safetensors.")],
+    configuration: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")
+    ] = None,
+) -> bool:
+    """Run ``convexperc library``."""
+    with working("describing"):
+        _check_outputs({"--out": out}, {"DIR": references, "--configuration": configuration})
+        pictures = recognition.read_references(references)
+        known = recognition.References.of(pictures, _configuration(configuration))
+        known.save(out)
+    for line in _left_out(references, None):
+        typer.echo(escaped(line), err=True)
+    count, place = len(known.names), escaped(os.fspath(out))
+    typer.echo(
+        f"{count} references of {len(known.objects)} objects, {known.library.d} features each, in {place}"
+    )
+    return True
+
+
 WARM_HELP = (
     "Compile ahead of time what is otherwise compiled once that pays (needs the extra fast).\n\n"
     "The machine code is kept beside the package, or in the user's cache folder if that cannot be written; "
@@ -265,25 +300,41 @@ def warm() -> bool:
     return True
 
 
-def _pictures(
-    references: Path | None, views: Path | None, scene: str | None
-) -> "tuple[str, recognition.ReferencePictures, recognition.NamedPictures]":
-    """Return the heading, the pictures of the known objects, and the views."""
+def _asked(
+    references: Path | None, views: Path | None, scene: str | None, configuration: Path | None
+) -> "tuple[str, recognition.References, recognition.NamedPictures]":
+    """Return the heading, the known objects, and the views."""
     if references is not None and views is not None:
-        known, seen = recognition.read_references(references), recognition.read_pictures(views)
-        return f"{len(seen)} views in {views}, {len(known)} objects in {references}", known, seen
+        known, seen = _known(references, configuration), recognition.read_pictures(views)
+        return f"{len(seen)} views in {views}, {len(known.objects)} objects in {references}", known, seen
     names = recognition.sample_names()
     shown = recognition.sample_scene(names[0] if scene is None else scene)
     others = ", ".join(f"--scene {name}" for name in names if name != shown.name)
     heading = f"Sample: {len(shown.views)} robots look at {shown.name} (other scenes: {others})"
-    return heading, shown.references, shown.views
+    return heading, recognition.References.of(shown.references, _configuration(configuration)), shown.views
+
+
+def _known(references: Path, configuration: Path | None) -> "recognition.References":
+    """Read the known objects from a folder, or from a file that holds them already described."""
+    if not references.is_file():
+        pictures = recognition.read_references(references)
+        return recognition.References.of(pictures, _configuration(configuration))
+    if configuration is not None:
+        raise typer.BadParameter("leave out --configuration: the file of --references has its own")
+    return recognition.References.load(references)
+
+
+def _configuration(file: Path | None) -> "features.FeatureConfiguration":
+    return features.FeatureConfiguration() if file is None else features.read_configuration(file)
 
 
 def _left_out(references: Path | None, views: Path | None) -> list[str]:
     """One line for each folder of which something is left out."""
     lines = []
     for folder, objects in ((references, True), (views, False)):
-        said = () if folder is None else recognition.left_out(folder, references=objects)
+        if folder is None or folder.is_file():
+            continue
+        said = recognition.left_out(folder, references=objects)
         if said:
             lines.append(f"left out of {folder}: {', '.join(said)}")
     return lines

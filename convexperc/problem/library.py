@@ -1,6 +1,8 @@
 """The known objects: a library of templates, checked and measured once, and used for many sets of views."""
 
+import itertools
 import math
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +13,7 @@ from jaxtyping import Bool, Float, Int
 from convexperc.caching import cached_property
 from convexperc.errors import ModalityError, TemplateNameError
 from convexperc.problem.arrays import BLOCK, FeatureVector, real_array
+from convexperc.problem.column_files import Stored, open_columns, write_columns
 from convexperc.problem.columns import Columns
 from convexperc.problem.modalities import CHUNK, Modalities
 
@@ -131,6 +134,69 @@ class TemplateLibrary:
         library._fill(Columns.of(templates, names, d=modalities.d), modalities)
         return library
 
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> "TemplateLibrary":
+        """Open a library that `save` wrote; its numbers are mapped into memory, and read when they are used.
+
+        The file must stay as it is while the library is in use.
+
+        Raises
+        ------
+        FileFormatError
+            It is not readable, or holds something else.
+        """
+        return cls.stored(open_columns(path))
+
+    @classmethod
+    def stored(cls, stored: Stored) -> "TemplateLibrary":
+        """Take what `convexperc.problem.column_files.open_columns` returned."""
+        library = object.__new__(cls)
+        library._fill(stored.columns, stored.modalities)
+        return library
+
+    def save(self, path: str | os.PathLike[str], more: Mapping[str, Any] | None = None) -> None:
+        """Write the library to a file, whole or not at all.
+
+        Parameters
+        ----------
+        path : path-like
+            The layout is that of safetensors: tensor ``templates``, one template a row, as the numbers are.
+        more : mapping of str to JSON value, optional
+            Kept beside it.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        columns = Columns(self.O, self.given_names, self.given_objects)
+        write_columns(path, Stored(columns, self.modalities, more or {}))
+
+    def extended(
+        self, templates: Any, *, names: Sequence[str] | None = None, objects: Sequence[str] | None = None
+    ) -> "TemplateLibrary":
+        """A library with more templates behind those of this one; known objects may get more references.
+
+        Parameters
+        ----------
+        templates, names, objects : as for the class
+            A name that is known already gets a number behind it.
+
+        Raises
+        ------
+        ProblemError, TemplateNameError
+            As the class; also another number of features.
+        """
+        added = Columns.of(templates, names, objects, self.d)
+        if self.given_names is None and added.names is None and self.given_objects is None:
+            found = Columns(np.hstack([self.O, added.O]), None, None)
+        else:
+            found = _joined(self, added)
+        found.O.flags.writeable = False
+        library = object.__new__(type(self))
+        library._fill(found, self.modalities)
+        return library
+
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self.O.flags.writeable = False
@@ -230,6 +296,22 @@ class TemplateLibrary:
     def __repr__(self) -> str:
         sizes = dict(zip(self.modalities.names, self.modalities.sizes, strict=True))
         return f"TemplateLibrary(p={len(self)}, d={self.d}, modalities={sizes})"
+
+
+def _joined(library: TemplateLibrary, added: Columns) -> Columns:
+    """The templates of both, with names that differ."""
+    if added.names is None:
+        must = "must name the templates that are added: the library has names"
+        raise TemplateNameError("names", value=None, must=must)
+    names, known = list(library.names), set(library.names)
+    for name in added.names:
+        numbered = (f"{name}/{number}" for number in itertools.count(2))
+        fresh = name if name not in known else next(each for each in numbered if each not in known)
+        names.append(fresh)
+        known.add(fresh)
+    shown = *library.shown, *(added.objects or added.names)
+    objects = None if tuple(names) == shown else shown
+    return Columns(np.hstack([library.O, added.O]), tuple(names), objects)
 
 
 @dataclass(frozen=True, eq=False)

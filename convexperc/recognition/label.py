@@ -126,7 +126,7 @@ def recognize(
     lambda1, lambda2, lambda3 : real number
     modalities : see `Modalities.of`; those of the library without
     names : sequence of p str, optional
-        Names of the columns of an array; ``object 1`` ... without. A library takes the objects that they show.
+        Names of the columns of an array; ``object 1`` ... without. Give several references by a library.
     views : sequence of n str, optional
         Names of the robots; ``robot 1`` ... without.
     start : Recognition, optional

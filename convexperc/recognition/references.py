@@ -9,13 +9,16 @@ from typing import Unpack
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from convexperc.errors import ImageError, InputError, TemplateNameError
+from convexperc.errors import FileFormatError, ImageError, InputError, TemplateNameError
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.extraction import extract
 from convexperc.features.folders import Folder
 from convexperc.features.pictures import Picture, list_images, read_image
 from convexperc.features.recent import RecentFeatures
+from convexperc.files import placed
+from convexperc.problem.column_files import open_columns
 from convexperc.problem.library import TemplateLibrary
+from convexperc.problem.modalities import Modalities
 from convexperc.recognition.label import Options, recognize
 from convexperc.recognition.recognition import Recognition
 
@@ -81,6 +84,31 @@ class References:
             modalities=configuration.modality_sizes,
         )  # fmt: skip
         return cls(library, configuration)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> "References":
+        """Open references that `save` wrote; see `TemplateLibrary.load`.
+
+        Raises
+        ------
+        FileFormatError
+            It is not readable, or holds something else; a library without the configuration of its features,
+            or of others than that describes.
+        """
+        stored, file = open_columns(path), os.fspath(path)
+        try:
+            configuration = FeatureConfiguration.from_dict(stored.more.get("features"))
+            sizes = Modalities.of(configuration.modality_sizes, stored.modalities.d)
+        except InputError as error:
+            raise placed(file, error) from None
+        if sizes.names != stored.modalities.names or not sizes.same(stored.modalities):
+            must = "must be those of the configuration in the file"
+            raise FileFormatError(f"{file}: modalities", value=stored.modalities.names, must=must)
+        return cls(TemplateLibrary.stored(stored), configuration)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the library with its configuration to a file; see `TemplateLibrary.save`."""
+        self.library.save(path, {"features": self.configuration.to_dict()})
 
     @property
     def names(self) -> tuple[str, ...]:
