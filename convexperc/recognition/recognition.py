@@ -208,6 +208,26 @@ class Recognition:
         return self._template(self.names.index(wanted))
 
     @cached_property
+    def runner_up(self) -> str | None:
+        """The object next to the first candidate, as far as is known; None where there is no other."""
+        others = [each for each in self.best_templates if each.object != self.candidates[0]]
+        return min(others, key=lambda each: each.cost[1]).object if others else None
+
+    @cached_property
+    def margin(self) -> tuple[float, float] | None:
+        """Proved bounds of the relative margin 1 - c1 / c2, in [0, 1]; None where there is one object.
+
+        c1 is what the first candidate costs, c2 the least that another object costs. With ``prune=True`` the
+        other objects are bounded only as far as the label needs, and so is the margin.
+        """
+        library, (lower, upper) = self.answers.data.library, self.costs
+        own = library.owners == library.objects.index(self.candidates[0])
+        if own.all():
+            return None
+        first, other = (lower[own].min(), upper[own].min()), (lower[~own].min(), upper[~own].min())
+        return _beyond(float(first[1]), float(other[0]), -1.0), _beyond(float(first[0]), float(other[1]), 1.0)
+
+    @cached_property
     def _best(self) -> Int[np.ndarray, " objects"]:
         """Of each object the template with the lowest upper bound; the first of them."""
         library, upper = self.answers.data.library, self.costs[1]
@@ -237,6 +257,16 @@ class Recognition:
         template, names = self.template(name), self.answers.data.views.modalities.names
         sizes, zeros = template.proportions[1], self.answers.zero_modalities[template.index]
         return _ranked(names, template.modality_norms, sizes, zeros)
+
+
+def _beyond(first: float, other: float, way: float) -> float:
+    """1 - first / other, rounded in a direction, in [0, 1]; what is not known is no margin."""
+    if not 0.0 <= first < other:
+        return 0.0
+    if math.isinf(other):
+        return 1.0
+    share = math.nextafter(first / other, -way * math.inf)
+    return min(1.0, max(0.0, math.nextafter(1.0 - share, way * math.inf)))
 
 
 def _ranked(

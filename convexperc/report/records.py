@@ -96,6 +96,8 @@ def recognition_record(
         "warnings": list(recognition.warnings),
         "features": None if configuration is None else configuration.to_dict(),
         "views": list(recognition.views),
+        "margin": None if recognition.margin is None else _interval(recognition.margin),
+        "runner_up": recognition.runner_up,
         "ranked_for": {"object": best.object, "template": best.name},
         "ranked_views": _ranked(recognition.ranked_views()),
         "ranked_modalities": _ranked(recognition.ranked_modalities()),
@@ -117,6 +119,10 @@ def _exact(value: float) -> dict[str, float | str]:
     return {"decimal": _plain(value), "hex": float(value).hex()}
 
 
+def _interval(ends: tuple[float, float]) -> dict[str, Any]:
+    return {"lower": _exact(ends[0]), "upper": _exact(ends[1])}
+
+
 def _vector(values: Float[np.ndarray, " length"]) -> dict[str, list[Any]]:
     return {"decimal": [_plain(value) for value in values.tolist()], "hex": hex_floats(values)}
 
@@ -132,7 +138,6 @@ def _object(template: Template) -> dict[str, Any]:
 
 def _template(template: Template) -> dict[str, Any]:
     lower, upper = template.interval
-    cost = {"lower": _exact(template.cost[0]), "upper": _exact(template.cost[1])}
     return {
         "name": template.name,
         "object": template.object,
@@ -141,5 +146,5 @@ def _template(template: Template) -> dict[str, Any]:
         "lower": _exact(lower),
         "upper": _exact(upper),
         "gap": _exact(template.gap),
-        "cost": cost,
+        "cost": _interval(template.cost),
     }

@@ -44,6 +44,7 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
     facts = [
         ("label", recognition.label or f"none; candidates: {', '.join(recognition.candidates)}"),
         ("verdict", f"{recognition.verdict.value}: {recognition.reason}"),
+        *_margin(recognition),
         *certificate_facts(solution.certificate),
         ("objects", _counted(recognition)),
         ("solver", solver_status(solution)),
@@ -54,6 +55,16 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
         ),
     ]
     show_facts(out, f"Certificate for {best.name}", facts)
+
+
+def _margin(recognition: "Recognition") -> list[tuple[str, str]]:
+    """How far the next object lies behind."""
+    if recognition.margin is None:
+        return []
+    lower, upper = recognition.margin
+    what = "F*" if recognition.decision.value == "objective" else "F* / ||o||^2"
+    said = f"{below(lower, 6)} to {above(upper, 6)} of the {what} of {recognition.runner_up}, the next object"
+    return [("margin", said)]
 
 
 def _counted(recognition: "Recognition") -> str:
