@@ -11,6 +11,7 @@ from .references import (
     read_pictures,
     read_references,
 )
+from .rules import Rules
 from .sample import SampleScene, sample_names, sample_scene
 from .warming import warm
 
@@ -22,6 +23,7 @@ __all__ = [
     "Recognition",
     "ReferencePictures",
     "References",
+    "Rules",
     "SampleScene",
     "Template",
     "Verdict",

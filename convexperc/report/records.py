@@ -13,6 +13,7 @@ from convexperc.features.configuration import FeatureConfiguration
 from convexperc.problem.files import LAMBDAS, hex_floats, partition_record
 from convexperc.problem.optimality import OptimalityResidual
 from convexperc.recognition.recognition import Ranked, Recognition, Template
+from convexperc.recognition.rules import Rules
 from convexperc.solution.solution import Solution
 
 
@@ -98,6 +99,7 @@ def recognition_record(
         "views": list(recognition.views),
         "margin": None if recognition.margin is None else _interval(recognition.margin),
         "runner_up": recognition.runner_up,
+        "rules": _rules(recognition),
         "ranked_for": {"object": best.object, "template": best.name},
         "ranked_views": _ranked(recognition.ranked_views()),
         "ranked_modalities": _ranked(recognition.ranked_modalities()),
@@ -117,6 +119,13 @@ def _named(values: Mapping[str, float]) -> dict[str, float | str]:
 
 def _exact(value: float) -> dict[str, float | str]:
     return {"decimal": _plain(value), "hex": float(value).hex()}
+
+
+def _rules(found: Recognition) -> dict[str, Any]:
+    rules = Rules.of(found)
+    names = ("mean", "best_view", "vote", "votes")
+    nearest = dict(zip(found.views, rules.nearest, strict=True))
+    return {**{name: getattr(rules, name) for name in names}, "nearest": nearest}
 
 
 def _interval(ends: tuple[float, float]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from convexperc.errors import escaped
+from convexperc.recognition.rules import Rules
 
 if TYPE_CHECKING:
     from convexperc.certificate.certificate import Certificate
@@ -45,6 +46,7 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
         ("label", recognition.label or f"none; candidates: {', '.join(recognition.candidates)}"),
         ("verdict", f"{recognition.verdict.value}: {recognition.reason}"),
         *_margin(recognition),
+        *_rules(recognition),
         *certificate_facts(solution.certificate),
         ("objects", _counted(recognition)),
         ("solver", solver_status(solution)),
@@ -65,6 +67,19 @@ def _margin(recognition: "Recognition") -> list[tuple[str, str]]:
     what = "F*" if recognition.decision.value == "objective" else "F* / ||o||^2"
     said = f"{below(lower, 6)} to {above(upper, 6)} of the {what} of {recognition.runner_up}, the next object"
     return [("margin", said)]
+
+
+def _rules(found: "Recognition") -> list[tuple[str, str]]:
+    """What other rules say of the same views."""
+    rules = Rules.of(found)
+    votes = ", ".join(f"{name} {count}" for name, count in rules.votes.items())
+    said = f"mean of the views: {rules.mean}; best view: {rules.best_view}; votes of the views: {votes}"
+    facts = [("other rules", said)]
+    if rules.disagreeing:
+        facts.append(
+            ("disagreeing", f"nearest to another object than {rules.lowest}: {', '.join(rules.disagreeing)}")
+        )
+    return facts
 
 
 def _counted(recognition: "Recognition") -> str:
