@@ -96,6 +96,10 @@ class BudgetError(InputError):
     """A budget is not a number of seconds > 0."""
 
 
+class CalibrationError(InputError):
+    """A calibration cannot be made of these scenes, does not fit the recognition, or is not one."""
+
+
 class DecisionError(InputError):
     """There is no decision rule of that name."""
 

@@ -127,6 +127,10 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     configuration: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")
     ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Thresholds of `calibrate`, which accept or refuse the label."),
+    ] = None,
     seconds: Seconds = BUDGET,
 ) -> bool:
     """Run ``convexperc recognize``."""
@@ -136,7 +140,10 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         raise typer.BadParameter("--references and --views go together")
     with working("working"):
         kind = None if figure is None else report.picture_kind(figure)
-        read = {"--references": references, "--views": views, "--configuration": configuration}
+        read = {
+            "--references": references, "--views": views, "--configuration": configuration,
+            "--calibration": calibration,
+        }  # fmt: skip
         _check_outputs({"--json": json, "--picture": figure}, read)
         heading, prepared, seen = _asked(references, views, scene, configuration)
         omitted = _left_out(references, views)
@@ -144,11 +151,9 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
             seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
             decision=decide.value.replace("-", " "), seconds=seconds,
         )  # fmt: skip
-        content = (
-            {}
-            if json is None
-            else {json: json_bytes(report.recognition_record(found, prepared.configuration))}
-        )
+        judged = None if calibration is None else recognition.read_calibration(calibration).judge(found)
+        record = report.recognition_record(found, prepared.configuration, judged)
+        content = {} if json is None else {json: json_bytes(record)}
         if figure is not None and kind is not None:
             content[figure] = report.recognition_picture(found, seen, kind)
     _write(content)
@@ -157,8 +162,9 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     tables = report.tables
     out = tables.console()
     out.print(escaped(heading))
-    tables.show_recognition(out, found)
-    return found.certified and found.label is not None
+    tables.show_recognition(out, found, judged)
+    accepted = judged is None or judged.accepted == (found.label,)
+    return found.certified and found.label is not None and accepted
 
 
 def _solver(name: SolverName) -> "solvers.Solver":
@@ -275,6 +281,54 @@ def library(
     typer.echo(
         f"{count} references of {len(known.objects)} objects, {known.library.d} features each, in {place}"
     )
+    return True
+
+
+CALIBRATE_HELP = (
+    "Set the thresholds by which `recognize --calibration` accepts an object, from labelled scenes.\n\n"
+    "Scenes of objects that are not among the references set nothing; it is counted how many are refused."
+)
+
+
+@app.command(help=CALIBRATE_HELP)
+@exits
+def calibrate(
+    references: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder of the known objects, or a file of `library`.")
+    ],
+    scenes: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder with OBJECT/SCENE/*.png: one picture from each robot.")
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Write the thresholds as JSON.")],
+    coverage: Annotated[
+        float, typer.Option(help="Share of scenes of known objects whose object is to be accepted.")
+    ] = 0.9,
+    lambda1: Annotated[float, typer.Option(help="Weight of the coupling of views and features.")] = 0.1,
+    lambda2: Annotated[float, typer.Option(help="Weight of the selection of views.")] = 1.0,
+    lambda3: Annotated[float, typer.Option(help="Weight of the selection of modalities.")] = 0.1,
+    decide: Annotated[
+        DecisionName, typer.Option(help="What decides; see `recognize`.")
+    ] = DecisionName.OBJECTIVE,
+    configuration: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")
+    ] = None,
+) -> bool:
+    """Run ``convexperc calibrate``."""
+    with working("calibrating"):
+        read = {"--references": references, "--scenes": scenes, "--configuration": configuration}
+        _check_outputs({"--out": out}, read)
+        known, found = _known(references, configuration), []
+        for truth, views in recognition.read_scenes(scenes):
+            seen = recognition.perceive(
+                views, known, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
+                decision=decide.value.replace("-", " "),
+            )  # fmt: skip
+            found.append((seen, truth))
+        made, counts = recognition.calibrated(found, coverage)
+        content = {out: json_bytes(made.to_dict())}
+    _write(content)
+    tables = report.tables
+    tables.show_calibration(tables.console(), made, counts)
     return True
 
 

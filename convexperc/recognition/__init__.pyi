@@ -1,3 +1,4 @@
+from .calibration import Acceptance, Calibration, Counts, Judgement, calibrated, read_calibration
 from .decision import Decision
 from .label import Options, decide, decided_by, recognize, recognize_path
 from .narrowing import narrowed_answers
@@ -10,13 +11,18 @@ from .references import (
     perceive,
     read_pictures,
     read_references,
+    read_scenes,
 )
 from .rules import Rules
 from .sample import SampleScene, sample_names, sample_scene
 from .warming import warm
 
 __all__ = [
+    "Acceptance",
+    "Calibration",
+    "Counts",
     "Decision",
+    "Judgement",
     "NamedPictures",
     "Options",
     "Ranked",
@@ -27,13 +33,16 @@ __all__ = [
     "SampleScene",
     "Template",
     "Verdict",
+    "calibrated",
     "decide",
     "decided_by",
     "left_out",
     "narrowed_answers",
     "perceive",
+    "read_calibration",
     "read_pictures",
     "read_references",
+    "read_scenes",
     "recognize",
     "recognize_path",
     "sample_names",

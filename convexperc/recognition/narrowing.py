@@ -76,7 +76,7 @@ class _Rivals:
         order = np.argsort(upper, kind="stable")
         for j in order[~found.excluded[order]].tolist():
             groups.setdefault(answers.data.library.template(j).tobytes(), []).append(j)
-        given, squares = (answers.lower, answers.upper), compared_squares(answers, found.decision)
+        given, squares = (answers.lower, answers.upper), compared_squares(answers)
         optima = answers.lower.copy(), answers.upper.copy()
         return cls(list(groups.values()), given, optima, squares, (lower, upper), found.decision)
 

@@ -293,10 +293,10 @@ def cost_bounds(answers: Answers, decision: Decision) -> Intervals:
     """Bound what decides."""
     if decision is Decision.OBJECTIVE:
         return answers.lower, answers.upper
-    return costs(decision, (answers.lower, answers.upper), compared_squares(answers, decision))
+    return costs(decision, (answers.lower, answers.upper), compared_squares(answers))
 
 
-def compared_squares(answers: Answers, decision: Decision) -> Intervals:
+def compared_squares(answers: Answers) -> Intervals:
     """Bound the ||o_j||^2; what the reduced data do not bound is computed where the decision needs it."""
     data = answers.data
     least, most = answers.bounds.squares

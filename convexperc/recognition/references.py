@@ -1,7 +1,7 @@
 """From pictures to recognition: references prepared once, then each set of views recognised against them."""
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Unpack
@@ -161,6 +161,23 @@ def read_references(folder: str | os.PathLike[str]) -> ReferencePictures:
         name: _read(place) if isinstance(place, dict) else read_image(place)
         for name, place in sorted(places.items())
     }
+
+
+def read_scenes(folder: str | os.PathLike[str]) -> Iterator[tuple[str, NamedPictures]]:
+    """Read labelled scenes, ``OBJECT/SCENE/*.png``: the object's name and the views of each, in order.
+
+    Raises
+    ------
+    ImageError
+        A folder cannot be read or holds no scene; as `read_pictures` for each scene.
+    """
+    objects = Folder.of(folder).folders
+    scenes = [(path.name, scene) for path in objects for scene in Folder.of(path).folders]
+    if not scenes:
+        name, must = f"folder {os.fspath(folder)}", "must hold folders OBJECT/SCENE with pictures"
+        raise ImageError(name, value=f"{len(objects)} folders", must=must, remedy="Is it the right folder?")
+    for name, scene in scenes:
+        yield name, read_pictures(scene)
 
 
 def left_out(folder: str | os.PathLike[str], *, references: bool = False) -> tuple[str, ...]:

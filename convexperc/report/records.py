@@ -12,6 +12,7 @@ from convexperc.certificate.certificate import Certificate
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.problem.files import LAMBDAS, hex_floats, partition_record
 from convexperc.problem.optimality import OptimalityResidual
+from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.recognition import Ranked, Recognition, Template
 from convexperc.recognition.rules import Rules
 from convexperc.solution.solution import Solution
@@ -78,7 +79,9 @@ def solution_record(solution: Solution) -> dict[str, Any]:
 
 
 def recognition_record(
-    recognition: Recognition, configuration: FeatureConfiguration | None = None
+    recognition: Recognition,
+    configuration: FeatureConfiguration | None = None,
+    judgement: Judgement | None = None,
 ) -> dict[str, Any]:
     """Return a recognition as plain JSON values: verdict, rankings for the best template, every interval.
 
@@ -97,6 +100,7 @@ def recognition_record(
         "warnings": list(recognition.warnings),
         "features": None if configuration is None else configuration.to_dict(),
         "views": list(recognition.views),
+        "acceptance": None if judgement is None else _judged(judgement),
         "margin": None if recognition.margin is None else _interval(recognition.margin),
         "runner_up": recognition.runner_up,
         "rules": _rules(recognition),
@@ -126,6 +130,14 @@ def _rules(found: Recognition) -> dict[str, Any]:
     names = ("mean", "best_view", "vote", "votes")
     nearest = dict(zip(found.views, rules.nearest, strict=True))
     return {**{name: getattr(rules, name) for name in names}, "nearest": nearest}
+
+
+def _judged(judgement: Judgement) -> dict[str, Any]:
+    return {
+        "verdict": judgement.acceptance.value,
+        "accepted": list(judgement.accepted),
+        "reason": judgement.reason,
+    }
 
 
 def _interval(ends: tuple[float, float]) -> dict[str, Any]:

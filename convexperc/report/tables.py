@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from convexperc.problem.arrays import Vector
     from convexperc.problem.optimality import OptimalityResidual
     from convexperc.problem.problem import Problem
+    from convexperc.recognition.calibration import Calibration, Counts, Judgement
     from convexperc.recognition.recognition import Ranked, Recognition, Template
     from convexperc.solution.solution import Solution
 
@@ -34,7 +35,7 @@ def console() -> Console:
     return out
 
 
-def show_recognition(out: Console, recognition: "Recognition") -> None:
+def show_recognition(out: Console, recognition: "Recognition", judgement: "Judgement | None" = None) -> None:
     """Print every object, the rankings for the best one, and the certificate of its answer."""
     best = recognition.template()
     solution = best.solution
@@ -45,6 +46,7 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
     facts = [
         ("label", recognition.label or f"none; candidates: {', '.join(recognition.candidates)}"),
         ("verdict", f"{recognition.verdict.value}: {recognition.reason}"),
+        *_judged(judgement),
         *_margin(recognition),
         *_rules(recognition),
         *certificate_facts(solution.certificate),
@@ -57,6 +59,41 @@ def show_recognition(out: Console, recognition: "Recognition") -> None:
         ),
     ]
     show_facts(out, f"Certificate for {best.name}", facts)
+
+
+def _judged(judgement: "Judgement | None") -> list[tuple[str, str]]:
+    """What a calibration says."""
+    if judgement is None:
+        return []
+    names = f" ({', '.join(judgement.accepted)})" if judgement.accepted else ""
+    return [("calibrated", f"{judgement.acceptance.value}{names}: {judgement.reason}")]
+
+
+def show_calibration(out: Console, made: "Calibration", counts: "Counts") -> None:
+    """Print the thresholds, and how the scenes fare that set them."""
+    facts = [
+        (
+            "coverage",
+            f"{100 * made.coverage:g} % of scenes of known objects, drawn as these {made.scenes} were",
+        ),
+        ("excess", _threshold(made.excess, "how much more than the best object one may cost, relatively")),
+        ("share", _threshold(made.share, "of ||o||^2 that one may leave unexplained")),
+        (
+            "known",
+            f"of {counts.known} scenes, each judged by the others: {counts.accepted} have their object "
+            f"accepted; {counts.recognised} have one object accepted, {counts.wrong} of these another one",
+        ),
+    ]
+    if counts.unknown:
+        claimed = f"in {counts.claimed} one object is accepted"
+        facts.append(("unknown", f"of {counts.unknown} scenes {counts.refused} are refused; {claimed}"))
+    show_facts(out, "Calibration", facts)
+
+
+def _threshold(value: float, what: str) -> str:
+    if value == float("inf"):
+        return "none: too few scenes for this coverage, so that nothing is refused by it"
+    return f"{value:.6g} {what}"
 
 
 def _margin(recognition: "Recognition") -> list[tuple[str, str]]:

@@ -1,0 +1,300 @@
+"""Is the lowest optimum low enough? Objects are accepted by thresholds that labelled scenes have set.
+
+What is proved of the optima says nothing of whether the features tell the objects apart, or whether the
+object is known at all. A calibration answers that with a stated coverage. For a scene of object y it takes
+
+    excess   c_y / min_j c_j - 1           how much more y costs than the best object
+    share    F*_y / ||o_y||^2              how much of y's template the views leave unexplained
+
+and keeps, of each, the ceil((m + 1)(1 - alpha / 2))-th smallest of m scenes. An object is accepted where both
+of its scores are at most that. If new scenes of known objects are drawn as the labelled ones were, the true
+object is among those accepted with probability >= 1 - alpha, over the draw of all of them together. Nothing
+is promised for objects that are not in the library: what share of them is refused has to be measured.
+
+Source: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005), chapter 2; two conformal
+predictors at alpha / 2 each are joined by the union bound.
+"""
+
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from convexperc.errors import CalibrationError, InputError
+from convexperc.files import placed, read_json
+from convexperc.problem.arrays import nonnegative_number
+from convexperc.recognition.decision import Decision, costs
+from convexperc.recognition.recognition import Recognition, compared_squares
+
+SCHEMA = "convexperc/calibration/1"
+
+
+class Acceptance(Enum):
+    """What a calibration says of a recognition."""
+
+    RECOGNISED = "recognised"
+    """One object is accepted."""
+    AMBIGUOUS = "ambiguous"
+    """Several are."""
+    UNKNOWN = "unknown"
+    """None is."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A recognition by a calibration.
+
+    Attributes
+    ----------
+    acceptance : Acceptance
+    accepted : tuple of str
+        The objects that are accepted, in the order of their costs.
+    reason : str
+    """
+
+    acceptance: Acceptance
+    accepted: tuple[str, ...]
+    reason: str
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Proved bounds of the scores of one object in one scene: (lower, upper) each."""
+
+    excess: tuple[float, float]
+    share: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Thresholds, and for what they hold.
+
+    Attributes
+    ----------
+    coverage : float
+        1 - alpha, in (0, 1).
+    scenes : int
+        Labelled scenes that set them.
+    excess, share : float
+        The largest accepted scores; infinite where there were too few scenes to set one.
+    lambdas : (float, float, float)
+    decision : Decision
+        Of the recognitions; `judge` takes no others.
+    """
+
+    coverage: float
+    scenes: int
+    excess: float
+    share: float
+    lambdas: tuple[float, float, float]
+    decision: Decision
+
+    @classmethod
+    def of(cls, labelled: Iterable[tuple[Recognition, str]], coverage: Any = 0.9) -> "Calibration":
+        """Set the thresholds.
+
+        Parameters
+        ----------
+        labelled : iterable of (Recognition, str)
+            A recognition with ``prune=False`` of each scene, and the object that it really shows.
+        coverage : float
+            In (0, 1).
+
+        Raises
+        ------
+        CalibrationError
+            No scene, a coverage out of range, an object that is not known, or different settings.
+        """
+        wanted = nonnegative_number(coverage, "coverage", error=CalibrationError)
+        if not 0.0 < wanted < 1.0:
+            raise CalibrationError("coverage", value=coverage, must="must be a number between 0 and 1")
+        settings, excess, share = None, list[float](), list[float]()
+        for found, truth in labelled:
+            given = found.answers.lambdas, found.decision
+            settings = given if settings is None else settings
+            if given != settings:
+                must = f"must be those of the first one, {settings}"
+                raise CalibrationError("the settings of a scene", value=given, must=must)
+            every = scores(found)
+            if truth not in every:
+                must = f"must be one of the known objects, {', '.join(every)}"
+                raise CalibrationError("the object of a scene", value=truth, must=must)
+            excess.append(every[truth].excess[1])
+            share.append(every[truth].share[1])
+        if settings is None:
+            raise CalibrationError("scenes", value=0, must="must be at least one")
+        level = 1.0 - (1.0 - wanted) / 2.0
+        return cls(wanted, len(excess), _quantile(excess, level), _quantile(share, level), *settings)
+
+    def judge(self, found: Recognition) -> Judgement:
+        """Which objects are accepted; one whose bounds leave it open is.
+
+        Raises
+        ------
+        CalibrationError
+            Other lambdas, or another decision.
+        """
+        given = found.answers.lambdas, found.decision
+        if given != (self.lambdas, self.decision):
+            must = f"must be those of the calibration, {(self.lambdas, self.decision)}"
+            raise CalibrationError("the settings", value=given, must=must)
+        every = scores(found)
+        near = [name for name, each in every.items() if each.excess[0] <= self.excess]
+        accepted = tuple(name for name in near if every[name].share[0] <= self.share)
+        if len(accepted) == 1:
+            return Judgement(Acceptance.RECOGNISED, accepted, "it alone is accepted")
+        if accepted:
+            return Judgement(Acceptance.AMBIGUOUS, accepted, f"{len(accepted)} objects are accepted")
+        left = min(every[name].share[0] for name in near)
+        reason = f"at least {left:.3g} of its template is left unexplained; accepted are {self.share:.3g}"
+        return Judgement(Acceptance.UNKNOWN, (), reason)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON values; an infinite threshold is null."""
+        return {
+            "schema": SCHEMA,
+            "coverage": self.coverage,
+            "scenes": self.scenes,
+            "excess": None if math.isinf(self.excess) else self.excess,
+            "share": None if math.isinf(self.share) else self.share,
+            "lambdas": list(self.lambdas),
+            "decision": self.decision.value,
+        }
+
+    @classmethod
+    def from_dict(cls, record: object) -> "Calibration":
+        """Return the calibration that `to_dict` wrote.
+
+        Raises
+        ------
+        CalibrationError
+            A key is unknown or missing, or a value is invalid.
+        """
+        keys = {"schema", "coverage", "scenes", "excess", "share", "lambdas", "decision"}
+        if not isinstance(record, Mapping) or set(record) != keys or record["schema"] != SCHEMA:
+            must = f"must be a mapping with schema {SCHEMA!r} and exactly the keys {', '.join(sorted(keys))}"
+            raise CalibrationError("calibration", value=record, must=must)
+        limits = {name: math.inf if record[name] is None else record[name] for name in ("excess", "share")}
+        numbers = {**limits, "coverage": record["coverage"]}
+        lambdas = record["lambdas"]
+        numbers |= {
+            f"lambda{i}": each for i, each in enumerate(lambdas if isinstance(lambdas, list) else [], 1)
+        }
+        for name, value in numbers.items():
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0.0:
+                raise CalibrationError(name, value=value, must="must be a number >= 0")
+        count = record["scenes"]
+        if len(numbers) != 6 or type(count) is not int or count < 1 or not 0.0 < numbers["coverage"] < 1.0:
+            must = "must have three lambdas, at least one scene, and a coverage between 0 and 1"
+            raise CalibrationError("calibration", value=record, must=must)
+        one, two, three = map(float, lambdas)
+        thresholds = float(limits["excess"]), float(limits["share"])
+        decision = Decision.of(record["decision"])
+        return cls(float(numbers["coverage"]), count, *thresholds, (one, two, three), decision)
+
+
+def read_calibration(path: str | os.PathLike[str]) -> Calibration:
+    """Read a calibration from a JSON file in the format of `Calibration.to_dict`.
+
+    Raises
+    ------
+    FileFormatError
+        The file is not readable or not JSON, or `Calibration.from_dict` refuses it.
+    """
+    file, record = read_json(path)
+    try:
+        return Calibration.from_dict(record)
+    except InputError as error:
+        raise placed(file, error) from None
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How labelled scenes fare, each judged by the calibration of all others.
+
+    Attributes
+    ----------
+    known, accepted, recognised, wrong : int
+        Scenes of known objects; those whose object is accepted; those of which one object is, and those of
+        these of which it is another one.
+    unknown, refused, claimed : int
+        Scenes of objects that are not known; those of which no object is accepted, and one.
+    """
+
+    known: int
+    accepted: int
+    recognised: int
+    wrong: int
+    unknown: int
+    refused: int
+    claimed: int
+
+
+def calibrated(
+    labelled: Sequence[tuple[Recognition, str]], coverage: Any = 0.9
+) -> tuple[Calibration, Counts]:
+    """Set the thresholds by the scenes of known objects, and count how all scenes fare.
+
+    Raises
+    ------
+    CalibrationError
+        See `Calibration.of`.
+    """
+    known = [(found, truth) for found, truth in labelled if truth in found.objects]
+    unknown = [found for found, truth in labelled if truth not in found.objects]
+    made = Calibration.of(known, coverage)
+    accepted = recognised = wrong = 0
+    for i, (found, truth) in enumerate(known):
+        others = known[:i] + known[i + 1 :]
+        if not others:
+            break
+        names = Calibration.of(others, coverage).judge(found).accepted
+        accepted += truth in names
+        recognised += len(names) == 1
+        wrong += len(names) == 1 and truth not in names
+    judged = [made.judge(found).acceptance for found in unknown]
+    counts = Counts(
+        len(known), accepted, recognised, wrong, len(unknown), judged.count(Acceptance.UNKNOWN),
+        judged.count(Acceptance.RECOGNISED),
+    )  # fmt: skip
+    return made, counts
+
+
+def scores(found: Recognition) -> dict[str, Scores]:
+    """Bound the scores of every object, in the order of their costs.
+
+    Parameters
+    ----------
+    found : Recognition
+        Best of ``prune=False``: what was given up early is bounded only as far as the label needed.
+    """
+    answers, (lower, upper) = found.answers, found.costs
+    left = costs(Decision.EXPLAINED_FRACTION, (answers.lower, answers.upper), compared_squares(answers))
+    owners, objects = answers.data.library.owners, found.objects
+    least = float(lower.min()), float(upper.min())
+    every = []
+    for place, name in enumerate(objects):
+        own = owners == place
+        low, high = float(lower[own].min()), float(upper[own].min())
+        excess = _excess(low, least[1], -math.inf), _excess(high, least[0], math.inf)
+        share = float(left[0][own].min()), float(left[1][own].min())
+        every.append((high, name, Scores(excess, share)))
+    return {name: each for _, name, each in sorted(every, key=lambda entry: entry[0])}
+
+
+def _excess(cost: float, least: float, way: float) -> float:
+    """cost / least - 1, rounded in a direction, >= 0; infinite where it is not known."""
+    if cost <= least:
+        return 0.0
+    if least == 0.0:
+        return math.inf
+    share = math.nextafter(cost / least, way)
+    return max(0.0, math.nextafter(share - 1.0, way))
+
+
+def _quantile(values: list[float], level: float) -> float:
+    """The ceil((m + 1) level)-th smallest of m values; infinity beyond the last."""
+    place = math.ceil((len(values) + 1) * level)
+    return sorted(values)[place - 1] if place <= len(values) else math.inf
