@@ -62,7 +62,13 @@ def python(lines: list[str]) -> None:
     assert (below, bits) == ("True", "128"), lines
     assert float(width) < 1e-12, lines
     assert lines[9].startswith("[ True  True  True  True  True  True] "), lines
-    assert [line.split()[:3] for line in lines[10:-1]] == [
+    low, high, runner_up = lines[10].replace("(", "").replace(")", "").replace(",", "").split(maxsplit=2)
+    assert 0.0 < float(low) <= float(high) < 1.0, lines
+    assert runner_up not in {"None", label[1]}, lines
+    assert len(lines[11]) > 0, lines
+    acceptance, accepted = lines[12].split(maxsplit=1)
+    assert (acceptance == "Acceptance.RECOGNISED") == (ast.literal_eval(accepted) == (label[1],)), lines
+    assert [line.split()[:3] for line in lines[13:-1]] == [
         [name, "Verdict.PROVED", name] for name in ("red-car", "gray-car", "ica-sign")
     ], lines
     assert lines[-1] == "ProblemError lambda1 must be a finite real number >= 0", lines

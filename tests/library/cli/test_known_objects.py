@@ -48,7 +48,11 @@ def world(tmp_path_factory):
     for place, name in enumerate((*OBJECTS, "hat")):
         for scene in range(4):
             for robot in range(3):
-                draw(folder / "scenes" / name / str(scene) / f"robot-{robot}.png", place, 100 + 10 * scene + robot)
+                draw(
+                    folder / "scenes" / name / str(scene) / f"robot-{robot}.png",
+                    place,
+                    100 + 10 * scene + robot,
+                )
     write_json(folder / "quick.json", QUICK.to_dict())
     return folder
 
@@ -150,9 +154,13 @@ def test_what_does_not_fit_is_refused_before_anything_is_written(world, threshol
         failed = expect(2, "calibrate", *given, "--coverage", coverage)
         assert "between 0 and 1" in failed.output
     assert not (tmp_path / "t.json").exists()
-    failed = expect(2, "calibrate", "--references", known, "--scenes", known, *quick, "--out", tmp_path / "t.json")
+    failed = expect(
+        2, "calibrate", "--references", known, "--scenes", known, *quick, "--out", tmp_path / "t.json"
+    )
     assert "OBJECT/SCENE" in failed.output
     failed = expect(2, "library", known, "--out", known / "cup.png", *quick)
     assert cv2.imread(str(known / "cup.png")) is not None
-    failed = expect(2, "recognize", "--references", known, "--views", views, *quick, "--calibration", world / "quick.json")
+    failed = expect(
+        2, "recognize", "--references", known, "--views", views, *quick, "--calibration", world / "quick.json"
+    )
     assert "calibration" in failed.output
