@@ -174,14 +174,15 @@ class DataBounds:
         data = self.data
         if broken_assumption(data.n):
             return self._put(known, chosen, AnswerBounds.unknown(chosen.size, data.n, data.m))
-        if missed and tolerances is not None and self.independent:
+        if missed and tolerances is not None:
             met = tolerances.met(known.gap, known.lower, data.targets * SHORTENED)
             if exclusion.units.size:
                 met |= known.lower * exclusion.units >= exclusion.most
             left = chosen[~met[chosen]]
-            below = self._merged(left, lambdas, points)
-            known.lower[left] = np.maximum(known.lower[left], below.lower)
-            known.gap[left] = np.minimum(known.gap[left], below.gap)
+            if left.size and self.independent:
+                below = self._merged(left, lambdas, points)
+                known.lower[left] = np.maximum(known.lower[left], below.lower)
+                known.gap[left] = np.minimum(known.gap[left], below.gap)
         return known
 
     def _merged(

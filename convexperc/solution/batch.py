@@ -156,6 +156,8 @@ class BatchSolver:
             return
         if not self.reduced.W.flags.writeable:
             raise ValueError("the answers were handed out, and are read-only")
+        if ranked and not pruning.units.size:
+            raise ValueError("templates are ranked in the units of a pruning; without one there are none")
         began = time.perf_counter()
         if self.penalties.uncoupled:
             self._lassos(chosen)

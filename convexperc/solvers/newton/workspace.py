@@ -151,7 +151,7 @@ class Memory(NamedTuple):
 def new_memory(n: int, m: int) -> Memory:
     """Memory for n views and m modalities."""
     N = n + m
-    numbers = np.zeros((3 * (3 + m) + 14 * N + 10) * N + 6 + ARGUMENTS)
+    numbers = np.zeros(ARGUMENTS + (3 * (3 + m) + 7 * N + 10 + 7) * N + 6)
     return Memory(numbers, address(numbers))
 
 

@@ -10,10 +10,11 @@ from convexperc.problem.penalties import Penalties
 from convexperc.problem.reduced import ReducedData
 from convexperc.solution.advancing import advance, rank
 from convexperc.solution.batch import LEAST_TOLERANCE, SOLVER_PART, BatchSolver
+from convexperc.solvers.newton.lapack import ARGUMENTS
 from convexperc.solvers.newton.loop import NO_PRUNING, Pruning, Rules
 from convexperc.solvers.newton.method import MAX_ITERATIONS, Batch, Newton
 from convexperc.solvers.newton.ridge import REGULARISATION
-from convexperc.solvers.newton.workspace import Grams, Rows, Templates, new_memory
+from convexperc.solvers.newton.workspace import Grams, Rows, Templates, new_memory, workspace
 
 
 def begun(n: int, p: int, seed: int = 0) -> BatchSolver:
@@ -83,3 +84,16 @@ def test_what_the_memory_held_before_has_no_effect(content):
         )  # fmt: skip
         found.append(b"".join(part.tobytes() for part in (*vars(answers).values(), *bounds)))
     assert found[0] == found[1]
+
+
+def test_without_units_nothing_is_ranked():
+    with pytest.raises(ValueError, match="ranked in the units"):
+        begun(2, 3).advance(np.arange(3), ranked=True)
+
+
+@pytest.mark.parametrize(("n", "m"), [(1, 1), (6, 3), (40, 2)])
+def test_a_workspace_takes_all_of_its_memory_and_no_more(n, m):
+    memory = new_memory(n, m)
+    room = workspace(memory, n, m)
+    parts = room.points, room.matrices, room.vectors, room.sets, room.counts
+    assert memory.numbers.size == ARGUMENTS + sum(part.size for part in parts)
