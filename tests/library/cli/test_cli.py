@@ -20,7 +20,8 @@ from typer.testing import CliRunner
 
 import convexperc.recognition
 import convexperc.solvers.newton.method
-from convexperc.cli.main import BUDGET, app
+from convexperc.cli.main import app
+from convexperc.cli.options import BUDGET
 from convexperc.enclosure.budget import SECONDS
 from convexperc.errors import InputError, SolverError
 from convexperc.features import FeatureConfiguration

@@ -1,0 +1,39 @@
+"""Options that several commands share, and how their files are checked and written."""
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from convexperc.cli.exits import FAILURES
+from convexperc.errors import escaped
+from convexperc.files import check_apart, check_place, write_atomic
+
+# Shown below the help of every command.
+EPILOG = (
+    "Exit codes: 0 proved; 1 not proved (solve, certify: the answer is not certified; recognize: the answer"
+    " for the label is not certified, or no label is proved because objects are undecided or tied); 2 the"
+    f" input cannot be used; {FAILURES}"
+)
+Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the full record as JSON.")]
+Seconds = Annotated[
+    float, typer.Option(metavar="S", help="Budget in seconds for ball arithmetic and exact numbers; or inf.")
+]
+BUDGET = 60.0
+"""`convexperc.enclosure.budget.SECONDS`, which is not loaded for ``--help``."""
+
+
+def check_outputs(outputs: dict[str, Path | None], inputs: dict[str, Path | None]) -> None:
+    """Refuse outputs that cannot be written, or would replace an input or each other, before any work."""
+    check_apart(outputs, inputs=inputs)
+    for file in outputs.values():
+        if file is not None:
+            check_place(file)
+
+
+def write(content: dict[Path, bytes]) -> None:
+    """Write files, each at once or not at all, and say so on the error stream."""
+    for path, data in content.items():
+        write_atomic(path, data)
+        typer.echo(f"wrote {escaped(os.fspath(path))}", err=True)

@@ -1,0 +1,252 @@
+"""Commands of recognition: known objects, their thresholds, and which of them the views show."""
+
+import os
+import time
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from convexperc import features, recognition, report
+from convexperc.cli.exits import exits
+from convexperc.cli.options import BUDGET, EPILOG, Json, Seconds, check_outputs, write
+from convexperc.cli.progress import working
+from convexperc.errors import escaped
+from convexperc.files import json_bytes
+
+app = typer.Typer()
+
+
+class DecisionName(StrEnum):
+    """What decides the label; see `convexperc.recognition.decision`."""
+
+    OBJECTIVE = "objective"
+    EXPLAINED_FRACTION = "explained-fraction"
+    EXPLAINED_SHARE = "explained-share"
+    """The former name of the explained fraction."""
+
+
+RECOGNIZE_HELP = (
+    "Recognise the object that all views show.\n\n"
+    "Exit code 0 means that the answer for the label is certified and its optimum is proved to lie "
+    "below every other one. Whether the features distinguish the objects is not proved."
+)
+
+
+@app.command(help=RECOGNIZE_HELP, epilog=EPILOG)
+@exits
+def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
+    references: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Folder with OBJECT.png or OBJECT/*.png for each object, or a file of `library`.",
+        ),
+    ] = None,
+    views: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder with one picture from each robot.")
+    ] = None,
+    sample: Annotated[
+        bool, typer.Option("--sample", help="Use the pictures that come with the package.")
+    ] = False,
+    scene: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Scene of the sample; by default its first one.")
+    ] = None,
+    lambda1: Annotated[float, typer.Option(help="Weight of the coupling of views and features.")] = 0.1,
+    lambda2: Annotated[float, typer.Option(help="Weight of the selection of views.")] = 1.0,
+    lambda3: Annotated[float, typer.Option(help="Weight of the selection of modalities.")] = 0.1,
+    decide: Annotated[
+        DecisionName,
+        typer.Option(help="What decides: the lowest optimum, or the largest fraction of ||o||^2 explained."),
+    ] = DecisionName.OBJECTIVE,
+    json: Json = None,
+    figure: Annotated[
+        Path | None,
+        typer.Option(
+            "--picture", metavar="FILE", help="Draw the outcome: .png or .svg. Needs the extra plot."
+        ),
+    ] = None,
+    configuration: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")
+    ] = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Thresholds of `calibrate`, which accept or refuse the label."),
+    ] = None,
+    seconds: Seconds = BUDGET,
+) -> bool:
+    """Run ``convexperc recognize``."""
+    if sample == (references is not None or views is not None) or (scene is not None and not sample):
+        raise typer.BadParameter("give --references and --views, or --sample (and optionally --scene)")
+    if (references is None) != (views is None):
+        raise typer.BadParameter("--references and --views go together")
+    with working("working"):
+        kind = None if figure is None else report.picture_kind(figure)
+        read = {
+            "--references": references, "--views": views, "--configuration": configuration,
+            "--calibration": calibration,
+        }  # fmt: skip
+        check_outputs({"--json": json, "--picture": figure}, read)
+        heading, prepared, seen = _asked(references, views, scene, configuration)
+        omitted = _left_out(references, views)
+        found = recognition.perceive(
+            seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
+            decision=decide.value.replace("-", " "), seconds=seconds,
+        )  # fmt: skip
+        judged = None if calibration is None else recognition.read_calibration(calibration).judge(found)
+        record = report.recognition_record(found, prepared.configuration, judged)
+        content = {} if json is None else {json: json_bytes(record)}
+        if figure is not None and kind is not None:
+            content[figure] = report.recognition_picture(found, seen, kind)
+    write(content)
+    for line in omitted:
+        typer.echo(escaped(line), err=True)
+    tables = report.tables
+    out = tables.console()
+    out.print(escaped(heading))
+    tables.show_recognition(out, found, judged)
+    accepted = judged is None or judged.accepted == (found.label,)
+    return found.certified and found.label is not None and accepted
+
+
+LIBRARY_HELP = (
+    """Describe the pictures of known objects, and keep that in a file for `recognize --references`."""
+)
+
+
+@app.command(help=LIBRARY_HELP)
+@exits
+def library(
+    references: Annotated[
+        Path,
+        typer.Argument(metavar="DIR", help="Folder with OBJECT.png or OBJECT/*.png for each object."),
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Write the library; safetensors.")],
+    configuration: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")
+    ] = None,
+) -> bool:
+    """Run ``convexperc library``."""
+    with working("describing"):
+        check_outputs({"--out": out}, {"DIR": references, "--configuration": configuration})
+        pictures = recognition.read_references(references)
+        known = recognition.References.of(pictures, _configuration(configuration))
+        known.save(out)
+    for line in _left_out(references, None):
+        typer.echo(escaped(line), err=True)
+    count, place = len(known.names), escaped(os.fspath(out))
+    typer.echo(
+        f"{count} references of {len(known.objects)} objects, {known.library.d} features each, in {place}"
+    )
+    return True
+
+
+CALIBRATE_HELP = (
+    "Set the thresholds by which `recognize --calibration` accepts an object, from labelled scenes.\n\n"
+    "Scenes of objects that are not among the references set nothing; it is counted how many are refused."
+)
+
+
+@app.command(help=CALIBRATE_HELP)
+@exits
+def calibrate(
+    references: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder of the known objects, or a file of `library`.")
+    ],
+    scenes: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder with OBJECT/SCENE/*.png: one picture from each robot.")
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Write the thresholds as JSON.")],
+    coverage: Annotated[
+        float, typer.Option(help="Share of scenes of known objects whose object is to be accepted.")
+    ] = 0.9,
+    lambda1: Annotated[float, typer.Option(help="Weight of the coupling of views and features.")] = 0.1,
+    lambda2: Annotated[float, typer.Option(help="Weight of the selection of views.")] = 1.0,
+    lambda3: Annotated[float, typer.Option(help="Weight of the selection of modalities.")] = 0.1,
+    decide: Annotated[
+        DecisionName, typer.Option(help="What decides; see `recognize`.")
+    ] = DecisionName.OBJECTIVE,
+    configuration: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Feature configuration (JSON), complete.")
+    ] = None,
+) -> bool:
+    """Run ``convexperc calibrate``."""
+    with working("calibrating"):
+        read = {"--references": references, "--scenes": scenes, "--configuration": configuration}
+        check_outputs({"--out": out}, read)
+        known, found = _known(references, configuration), []
+        for truth, views in recognition.read_scenes(scenes):
+            seen = recognition.perceive(
+                views, known, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
+                decision=decide.value.replace("-", " "),
+            )  # fmt: skip
+            found.append((seen, truth))
+        made, counts = recognition.calibrated(found, coverage)
+        content = {out: json_bytes(made.to_dict())}
+    write(content)
+    tables = report.tables
+    tables.show_calibration(tables.console(), made, counts)
+    return True
+
+
+WARM_HELP = (
+    "Compile ahead of time what is otherwise compiled once that pays (needs the extra fast).\n\n"
+    "The machine code is kept beside the package, or in the user's cache folder if that cannot be written; "
+    "CONVEXPERC_CACHE_DIR names another folder."
+)
+
+
+@app.command(help=WARM_HELP)
+@exits
+def warm() -> bool:
+    """Run ``convexperc warm``."""
+    began = time.perf_counter()
+    with working("compiling"):
+        places = recognition.warm()
+    if not places:
+        return False  # a warning has said that no folder can be written
+    folders = sorted({str(path.parent) for path in places})
+    took = time.perf_counter() - began
+    typer.echo(f"machine code of {len(places)} kernels in {escaped(', '.join(folders))}, {took:.1f} s")
+    return True
+
+
+def _asked(
+    references: Path | None, views: Path | None, scene: str | None, configuration: Path | None
+) -> "tuple[str, recognition.References, recognition.NamedPictures]":
+    """Return the heading, the known objects, and the views."""
+    if references is not None and views is not None:
+        known, seen = _known(references, configuration), recognition.read_pictures(views)
+        return f"{len(seen)} views in {views}, {len(known.objects)} objects in {references}", known, seen
+    names = recognition.sample_names()
+    shown = recognition.sample_scene(names[0] if scene is None else scene)
+    others = ", ".join(f"--scene {name}" for name in names if name != shown.name)
+    heading = f"Sample: {len(shown.views)} robots look at {shown.name} (other scenes: {others})"
+    return heading, recognition.References.of(shown.references, _configuration(configuration)), shown.views
+
+
+def _known(references: Path, configuration: Path | None) -> "recognition.References":
+    """Read the known objects from a folder, or from a file that holds them already described."""
+    if not references.is_file():
+        pictures = recognition.read_references(references)
+        return recognition.References.of(pictures, _configuration(configuration))
+    if configuration is not None:
+        raise typer.BadParameter("leave out --configuration: the file of --references has its own")
+    return recognition.References.load(references)
+
+
+def _configuration(file: Path | None) -> "features.FeatureConfiguration":
+    return features.FeatureConfiguration() if file is None else features.read_configuration(file)
+
+
+def _left_out(references: Path | None, views: Path | None) -> list[str]:
+    """One line for each folder of which something is left out."""
+    lines = []
+    for folder, objects in ((references, True), (views, False)):
+        if folder is None or folder.is_file():
+            continue
+        said = recognition.left_out(folder, references=objects)
+        if said:
+            lines.append(f"left out of {folder}: {', '.join(said)}")
+    return lines
