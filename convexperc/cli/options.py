@@ -12,9 +12,9 @@ from convexperc.files import check_apart, check_place, write_atomic
 
 # Shown below the help of every command.
 EPILOG = (
-    "Exit codes: 0 proved; 1 not proved (solve, certify: the answer is not certified; recognize: the answer"
-    " for the label is not certified, or no label is proved because objects are undecided or tied); 2 the"
-    f" input cannot be used; {FAILURES}"
+    "Exit codes: 0 solve, certify: the answer is certified; recognize: so is that of the label, whose optimum"
+    " is proved to be the lowest, and a calibration, if there is one, accepts the label alone; 1 one of these"
+    f" does not hold; 2 the input cannot be used; {FAILURES}"
 )
 Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the full record as JSON.")]
 Seconds = Annotated[

@@ -29,8 +29,8 @@ class DecisionName(StrEnum):
 
 RECOGNIZE_HELP = (
     "Recognise the object that all views show.\n\n"
-    "Exit code 0 means that the answer for the label is certified and its optimum is proved to lie "
-    "below every other one. Whether the features distinguish the objects is not proved."
+    "The label is the object with the lowest optimum, by proof. That does not say that the label is right, "
+    "or that the object is among the references; thresholds of `calibrate` judge that with a stated coverage."
 )
 
 
@@ -74,6 +74,9 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         Path | None,
         typer.Option(metavar="FILE", help="Thresholds of `calibrate`, which accept or refuse the label."),
     ] = None,
+    each_view: Annotated[
+        bool, typer.Option("--each-view", help="Also solve for each view alone, and add up the optima.")
+    ] = False,
     seconds: Seconds = BUDGET,
 ) -> bool:
     """Run ``convexperc recognize``."""
@@ -95,17 +98,18 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
             decision=decide.value.replace("-", " "), seconds=seconds,
         )  # fmt: skip
         judged = None if calibration is None else recognition.read_calibration(calibration).judge(found)
-        record = report.recognition_record(found, prepared.configuration, judged)
+        alone = recognition.EachView.of(found) if each_view else None
+        record = report.recognition_record(found, prepared.configuration, judged, alone)
         content = {} if json is None else {json: json_bytes(record)}
         if figure is not None and kind is not None:
-            content[figure] = report.recognition_picture(found, seen, kind)
+            content[figure] = report.recognition_picture(found, seen, kind, judged)
     write(content)
     for line in omitted:
         typer.echo(escaped(line), err=True)
     tables = report.tables
     out = tables.console()
     out.print(escaped(heading))
-    tables.show_recognition(out, found, judged)
+    tables.show_recognition(out, found, judged, alone)
     accepted = judged is None or judged.accepted == (found.label,)
     return found.certified and found.label is not None and accepted
 
@@ -143,8 +147,9 @@ def library(
 
 
 CALIBRATE_HELP = (
-    "Set the thresholds by which `recognize --calibration` accepts an object, from labelled scenes.\n\n"
-    "Scenes of objects that are not among the references set nothing; it is counted how many are refused."
+    "Set the thresholds by which `recognize --calibration` accepts an object.\n\n"
+    "Labelled scenes set them, or with --robots the references themselves. Scenes of objects that are not "
+    "among the references set nothing; it is counted how many are refused."
 )
 
 
@@ -154,10 +159,20 @@ def calibrate(
     references: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder of the known objects, or a file of `library`.")
     ],
-    scenes: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder with OBJECT/SCENE/*.png: one picture from each robot.")
-    ],
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Write the thresholds as JSON.")],
+    scenes: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder with OBJECT/SCENE/*.png: one picture from each robot."),
+    ] = None,
+    robots: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            metavar="N",
+            help="Set them by N references of an object at a time, left out of the library as if they were"
+            " views; --scenes are then only counted.",
+        ),
+    ] = None,
     coverage: Annotated[
         float, typer.Option(help="Share of scenes of known objects whose object is to be accepted.")
     ] = 0.9,
@@ -172,22 +187,44 @@ def calibrate(
     ] = None,
 ) -> bool:
     """Run ``convexperc calibrate``."""
+    if scenes is None and robots is None:
+        raise typer.BadParameter("give --scenes, or --robots to calibrate by the references themselves")
     with working("calibrating"):
         read = {"--references": references, "--scenes": scenes, "--configuration": configuration}
         check_outputs({"--out": out}, read)
         known, found = _known(references, configuration), []
-        for truth, views in recognition.read_scenes(scenes):
+        chosen, decision = (lambda1, lambda2, lambda3), decide.value.replace("-", " ")
+        for truth, views in () if scenes is None else recognition.read_scenes(scenes):
             seen = recognition.perceive(
                 views, known, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
-                decision=decide.value.replace("-", " "),
+                decision=decision,
             )  # fmt: skip
             found.append((seen, truth))
-        made, counts = recognition.calibrated(found, coverage)
+        made, counts = _calibrated(known, found, robots, coverage, chosen, decision)
         content = {out: json_bytes(made.to_dict())}
     write(content)
     tables = report.tables
     tables.show_calibration(tables.console(), made, counts)
     return True
+
+
+def _calibrated(
+    known: "recognition.References",
+    found: "list[tuple[recognition.Recognition, str]]",
+    robots: int | None,
+    coverage: float,
+    lambdas: tuple[float, float, float],
+    decision: str,
+) -> "tuple[recognition.Calibration, recognition.Counts | None]":
+    """Set the thresholds, by labelled scenes or held-out references, and count how the former fare."""
+    if robots is None:
+        return recognition.calibrated(found, coverage)
+    lambda1, lambda2, lambda3 = lambdas
+    scenes = recognition.held_out_scenes(
+        known.library, robots, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, decision=decision
+    )
+    made = recognition.Calibration.of(scenes, coverage, recognition.Origin.HELD_OUT)
+    return made, recognition.counted(made, found) if found else None
 
 
 WARM_HELP = (

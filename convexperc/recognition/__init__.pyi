@@ -1,5 +1,16 @@
-from .calibration import Acceptance, Calibration, Counts, Judgement, calibrated, read_calibration
+from .calibration import (
+    Acceptance,
+    Calibration,
+    Counts,
+    Judgement,
+    Origin,
+    calibrated,
+    counted,
+    read_calibration,
+)
 from .decision import Decision
+from .each_view import EachView
+from .held_out import held_out_scenes
 from .label import Options, decide, decided_by, recognize, recognize_path
 from .narrowing import narrowed_answers
 from .recognition import Ranked, Recognition, Template, Verdict
@@ -22,9 +33,11 @@ __all__ = [
     "Calibration",
     "Counts",
     "Decision",
+    "EachView",
     "Judgement",
     "NamedPictures",
     "Options",
+    "Origin",
     "Ranked",
     "Recognition",
     "ReferencePictures",
@@ -34,8 +47,10 @@ __all__ = [
     "Template",
     "Verdict",
     "calibrated",
+    "counted",
     "decide",
     "decided_by",
+    "held_out_scenes",
     "left_out",
     "narrowed_answers",
     "perceive",

@@ -25,10 +25,19 @@ from typing import Any
 from convexperc.errors import CalibrationError, InputError
 from convexperc.files import placed, read_json
 from convexperc.problem.arrays import nonnegative_number
-from convexperc.recognition.decision import Decision, costs
-from convexperc.recognition.recognition import Recognition, compared_squares
+from convexperc.recognition.decision import Decision
+from convexperc.recognition.recognition import Recognition
 
 SCHEMA = "convexperc/calibration/1"
+
+
+class Origin(Enum):
+    """What set the thresholds."""
+
+    LABELLED = "labelled scenes"
+    """Scenes whose object somebody has named."""
+    HELD_OUT = "held-out references"
+    """Scenes made of the references; see `convexperc.recognition.held_out_scenes`."""
 
 
 class Acceptance(Enum):
@@ -76,12 +85,13 @@ class Calibration:
     coverage : float
         1 - alpha, in (0, 1).
     scenes : int
-        Labelled scenes that set them.
+        Scenes that set them.
     excess, share : float
         The largest accepted scores; infinite where there were too few scenes to set one.
     lambdas : (float, float, float)
     decision : Decision
         Of the recognitions; `judge` takes no others.
+    origin : Origin
     """
 
     coverage: float
@@ -90,9 +100,15 @@ class Calibration:
     share: float
     lambdas: tuple[float, float, float]
     decision: Decision
+    origin: Origin = Origin.LABELLED
 
     @classmethod
-    def of(cls, labelled: Iterable[tuple[Recognition, str]], coverage: Any = 0.9) -> "Calibration":
+    def of(
+        cls,
+        labelled: Iterable[tuple[Recognition, str]],
+        coverage: Any = 0.9,
+        origin: Origin = Origin.LABELLED,
+    ) -> "Calibration":
         """Set the thresholds.
 
         Parameters
@@ -101,6 +117,8 @@ class Calibration:
             A recognition with ``prune=False`` of each scene, and the object that it really shows.
         coverage : float
             In (0, 1).
+        origin : Origin
+            Where the scenes are from.
 
         Raises
         ------
@@ -126,7 +144,7 @@ class Calibration:
         if settings is None:
             raise CalibrationError("scenes", value=0, must="must be at least one")
         level = 1.0 - (1.0 - wanted) / 2.0
-        return cls(wanted, len(excess), _quantile(excess, level), _quantile(share, level), *settings)
+        return cls(wanted, len(excess), _quantile(excess, level), _quantile(share, level), *settings, origin)
 
     def judge(self, found: Recognition) -> Judgement:
         """Which objects are accepted; one whose bounds leave it open is.
@@ -161,6 +179,7 @@ class Calibration:
             "share": None if math.isinf(self.share) else self.share,
             "lambdas": list(self.lambdas),
             "decision": self.decision.value,
+            "origin": self.origin.value,
         }
 
     @classmethod
@@ -172,7 +191,7 @@ class Calibration:
         CalibrationError
             A key is unknown or missing, or a value is invalid.
         """
-        keys = {"schema", "coverage", "scenes", "excess", "share", "lambdas", "decision"}
+        keys = {"schema", "coverage", "scenes", "excess", "share", "lambdas", "decision", "origin"}
         if not isinstance(record, Mapping) or set(record) != keys or record["schema"] != SCHEMA:
             must = f"must be a mapping with schema {SCHEMA!r} and exactly the keys {', '.join(sorted(keys))}"
             raise CalibrationError("calibration", value=record, must=must)
@@ -191,8 +210,11 @@ class Calibration:
             raise CalibrationError("calibration", value=record, must=must)
         one, two, three = map(float, lambdas)
         thresholds = float(limits["excess"]), float(limits["share"])
-        decision = Decision.of(record["decision"])
-        return cls(float(numbers["coverage"]), count, *thresholds, (one, two, three), decision)
+        decision, origins = Decision.of(record["decision"]), [origin.value for origin in Origin]
+        if record["origin"] not in origins:
+            raise CalibrationError("origin", value=record["origin"], must=f"must be one of {origins}")
+        origin = Origin(record["origin"])
+        return cls(float(numbers["coverage"]), count, *thresholds, (one, two, three), decision, origin)
 
 
 def read_calibration(path: str | os.PathLike[str]) -> Calibration:
@@ -212,7 +234,7 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
 
 @dataclass(frozen=True)
 class Counts:
-    """How labelled scenes fare, each judged by the calibration of all others.
+    """How labelled scenes fare.
 
     Attributes
     ----------
@@ -237,29 +259,37 @@ def calibrated(
 ) -> tuple[Calibration, Counts]:
     """Set the thresholds by the scenes of known objects, and count how all scenes fare.
 
+    Each scene of a known object is judged by the thresholds of all others.
+
     Raises
     ------
     CalibrationError
         See `Calibration.of`.
     """
     known = [(found, truth) for found, truth in labelled if truth in found.objects]
-    unknown = [found for found, truth in labelled if truth not in found.objects]
-    made = Calibration.of(known, coverage)
-    accepted = recognised = wrong = 0
-    for i, (found, truth) in enumerate(known):
-        others = known[:i] + known[i + 1 :]
-        if not others:
-            break
-        names = Calibration.of(others, coverage).judge(found).accepted
-        accepted += truth in names
-        recognised += len(names) == 1
-        wrong += len(names) == 1 and truth not in names
-    judged = [made.judge(found).acceptance for found in unknown]
-    counts = Counts(
-        len(known), accepted, recognised, wrong, len(unknown), judged.count(Acceptance.UNKNOWN),
-        judged.count(Acceptance.RECOGNISED),
+    made, judged = Calibration.of(known, coverage), []
+    for found, truth in labelled:
+        others = [pair for pair in known if pair[0] is not found]
+        judge = Calibration.of(others, coverage) if others and len(others) < len(known) else made
+        judged.append((judge.judge(found), truth, truth in found.objects))
+    return made, _counts(judged)
+
+
+def counted(made: Calibration, labelled: Iterable[tuple[Recognition, str]]) -> Counts:
+    """Count how labelled scenes fare that have not set the thresholds."""
+    return _counts([(made.judge(found), truth, truth in found.objects) for found, truth in labelled])
+
+
+def _counts(judged: Sequence[tuple[Judgement, str, bool]]) -> Counts:
+    """Of judgements with the true object and whether it is known."""
+    known = [(each.accepted, truth) for each, truth, is_known in judged if is_known]
+    unknown = [each.acceptance for each, _, is_known in judged if not is_known]
+    alone = [(names, truth) for names, truth in known if len(names) == 1]
+    return Counts(
+        len(known), sum(truth in names for names, truth in known), len(alone),
+        sum(truth not in names for names, truth in alone), len(unknown), unknown.count(Acceptance.UNKNOWN),
+        unknown.count(Acceptance.RECOGNISED),
     )  # fmt: skip
-    return made, counts
 
 
 def scores(found: Recognition) -> dict[str, Scores]:
@@ -270,9 +300,8 @@ def scores(found: Recognition) -> dict[str, Scores]:
     found : Recognition
         Best of ``prune=False``: what was given up early is bounded only as far as the label needed.
     """
-    answers, (lower, upper) = found.answers, found.costs
-    left = costs(Decision.EXPLAINED_FRACTION, (answers.lower, answers.upper), compared_squares(answers))
-    owners, objects = answers.data.library.owners, found.objects
+    (lower, upper), left = found.costs, found.unexplained
+    owners, objects = found.answers.data.library.owners, found.objects
     least = float(lower.min()), float(upper.min())
     every = []
     for place, name in enumerate(objects):

@@ -1,4 +1,4 @@
-"""The outcome for one set of views: a label that is proved or not claimed, and the rankings behind it."""
+"""The outcome for one set of views: the label of the lowest optimum, by proof or none, and the rankings."""
 
 import math
 from collections.abc import Sequence
@@ -25,14 +25,21 @@ SMALLEST_SQUARED = 1e-140
 
 
 class Verdict(Enum):
-    """What is known of the label."""
+    """What is known of the lowest optimum; none of them says that the object in view is the one named."""
 
     PROVED = "proved"
-    """The best optimum lies below every other one, by proof."""
+    """One object's optimum lies below every other one, by proof."""
     UNDECIDED = "undecided"
     """The intervals of several templates overlap."""
     TIE = "tie"
     """No effort could decide: interchangeable templates, or every optimum is w = u = 0."""
+
+
+PROVED_OF = {
+    Decision.OBJECTIVE: "lowest optimum",
+    Decision.EXPLAINED_FRACTION: "largest explained fraction",
+}
+"""What a proof is about."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +147,7 @@ class Recognition:
     ----------
     verdict : Verdict
     label : str or None
-        The recognised object; None unless the verdict is `PROVED`.
+        The object with the lowest optimum; None unless the verdict is `PROVED`.
     candidates : tuple of str
         The objects that may be the best, best first.
     reason : str
@@ -167,10 +174,27 @@ class Recognition:
     warnings: tuple[str, ...]
     decision: Decision = Decision.OBJECTIVE
 
+    @property
+    def statement(self) -> str:
+        """The verdict with what it is about, as in "proved: lowest optimum"."""
+        about = f": {PROVED_OF[self.decision]}" if self.verdict is Verdict.PROVED else ""
+        return f"{self.verdict.value}{about}"
+
     @cached_property
     def costs(self) -> Intervals:
         """Proved bounds of what decides, the lowest being best: F*, or F* / ||o||^2."""
         return cost_bounds(self.answers, self.decision)
+
+    @cached_property
+    def unexplained(self) -> Intervals:
+        """Proved bounds of F* / ||o||^2, the share of each template that the views leave unexplained."""
+        return cost_bounds(self.answers, Decision.EXPLAINED_FRACTION)
+
+    @property
+    def explained(self) -> tuple[float, float]:
+        """Proved bounds of 1 - F* / ||o||^2 of the best template of the first candidate, in [0, 1]."""
+        lower, upper = (float(end[self.template().index]) for end in self.unexplained)
+        return _complement(upper, -math.inf), _complement(lower, math.inf)
 
     @cached_property
     def excluded(self) -> Bool[np.ndarray, " p"]:
@@ -220,12 +244,8 @@ class Recognition:
         c1 is what the first candidate costs, c2 the least that another object costs. With ``prune=True`` the
         other objects are bounded only as far as the label needs, and so is the margin.
         """
-        library, (lower, upper) = self.answers.data.library, self.costs
-        own = library.owners == library.objects.index(self.candidates[0])
-        if own.all():
-            return None
-        first, other = (lower[own].min(), upper[own].min()), (lower[~own].min(), upper[~own].min())
-        return _beyond(float(first[1]), float(other[0]), -1.0), _beyond(float(first[0]), float(other[1]), 1.0)
+        library = self.answers.data.library
+        return margin_of(self.costs, library.owners == library.objects.index(self.candidates[0]))
 
     @cached_property
     def _best(self) -> Int[np.ndarray, " objects"]:
@@ -259,14 +279,27 @@ class Recognition:
         return _ranked(names, template.modality_norms, sizes, zeros)
 
 
+def margin_of(costs: Intervals, own: Bool[np.ndarray, " p"]) -> tuple[float, float] | None:
+    """Bound 1 - c1 / c2, c1 being the least cost among `own` and c2 the least of the others, if any."""
+    if own.all():
+        return None
+    lower, upper = costs
+    first, other = (lower[own].min(), upper[own].min()), (lower[~own].min(), upper[~own].min())
+    return _beyond(float(first[1]), float(other[0]), -1.0), _beyond(float(first[0]), float(other[1]), 1.0)
+
+
 def _beyond(first: float, other: float, way: float) -> float:
     """1 - first / other, rounded in a direction, in [0, 1]; what is not known is no margin."""
     if not 0.0 <= first < other:
         return 0.0
     if math.isinf(other):
         return 1.0
-    share = math.nextafter(first / other, -way * math.inf)
-    return min(1.0, max(0.0, math.nextafter(1.0 - share, way * math.inf)))
+    return _complement(math.nextafter(first / other, -way * math.inf), way * math.inf)
+
+
+def _complement(share: float, way: float) -> float:
+    """1 - share, rounded in a direction, in [0, 1]."""
+    return min(1.0, max(0.0, math.nextafter(1.0 - share, way)))
 
 
 def _ranked(

@@ -16,9 +16,12 @@ from matplotlib.patches import Rectangle
 
 from convexperc.features.decoding import MIN_SIDE
 from convexperc.features.pictures import Picture, resize
+from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.decision import Decision
 from convexperc.recognition.recognition import Ranked, Recognition
+from convexperc.recognition.rules import Rules
 from convexperc.report.canvas import drawable, settings
+from convexperc.report.tables import labelled, percents, stated
 from convexperc.solution.solution import Status
 
 WIDTH, MARGIN, GUTTER = 11.0, 0.35, 0.18
@@ -49,10 +52,14 @@ STYLE: dict[Any, Any] = {
 in a name is no formula."""
 
 
-def draw(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
+def draw(
+    recognition: Recognition, views: Mapping[str, Picture], kind: str, judgement: Judgement | None
+) -> bytes:
     """Draw a recognition whose arguments `convexperc.report.picture.recognition_picture` has validated."""
     with settings(STYLE):
-        return _draw(_Sheet.of(recognition, views), recognition, views, kind)
+        sheet = _Sheet.of(recognition, views)
+        _title(sheet, recognition, judgement)
+        return _draw(sheet, recognition, views, kind)
 
 
 @dataclass(frozen=True)
@@ -103,10 +110,11 @@ class _Sheet:
 
 
 def _draw(sheet: _Sheet, recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
-    _title(sheet, recognition)
-    ranking = recognition.ranked_views()
+    ranking, rules = recognition.ranked_views(), Rules.of(recognition)
+    nearest = dict(zip(recognition.views, rules.nearest, strict=True))
     for place, view in enumerate(ranking[: sheet.shown]):
-        _view(sheet, place, view, views[view.name])
+        other = nearest[view.name] if view.name in rules.disagreeing else None
+        _view(sheet, place, view, views[view.name], other)
     best = recognition.candidates[0]
     _modalities(sheet, recognition.ranked_modalities()[:MOST_BARS], best)
     _objectives(sheet, recognition)
@@ -121,21 +129,39 @@ def _draw(sheet: _Sheet, recognition: Recognition, views: Mapping[str, Picture],
     return stream.getvalue()
 
 
-def _title(sheet: _Sheet, recognition: Recognition) -> None:
-    verdict = recognition.verdict.value
-    head, color = f"No label: {verdict}", ALARM
+def _title(sheet: _Sheet, recognition: Recognition, judgement: Judgement | None) -> None:
+    head, color = f"No label: {recognition.verdict.value}", ALARM
     if recognition.label is not None:
         head, color = _fitted(recognition.label, WIDTH - 2 * MARGIN, 21.0), INK
-    sheet.text(MARGIN, 0.5, head, 19.0, weight="bold", color=color)
-    reason = textwrap.shorten(drawable(f"{verdict}: {recognition.reason}"), 140, placeholder=" …")
-    sheet.text(MARGIN, 0.78, reason, 10.0, color=QUIET)
+    if judgement is not None and judgement.accepted != (recognition.label,):
+        head, color = judgement.acceptance.value.capitalize(), ALARM
+        if judgement.accepted:
+            head = _fitted(f"{head}: {' or '.join(judgement.accepted)}", WIDTH - 2 * MARGIN, 21.0)
+    sheet.text(MARGIN, 0.48, head, 19.0, weight="bold", color=color)
+    line = stated(recognition)
+    if recognition.label is not None:
+        line += f": {labelled(recognition)}"
+    lines = line, " · ".join(_facts(recognition, judgement))
+    for top, line in zip((0.74, 0.94), lines, strict=True):
+        shown = textwrap.shorten(drawable(line), 150, placeholder=" …")
+        sheet.text(MARGIN, top, shown, 9.5, color=QUIET)
     heading = f"Views by weight |w|, for {_fitted(recognition.candidates[0], 4.5, 10.0)}"
     if len(recognition.views) > sheet.shown:
         heading += f"; the first {sheet.shown} of {len(recognition.views)}"
     sheet.text(MARGIN, 1.22, heading, 10.0, weight="bold")
 
 
-def _view(sheet: _Sheet, place: int, view: Ranked, picture: Picture) -> None:
+def _facts(recognition: Recognition, judgement: Judgement | None) -> list[str]:
+    """The margin, the share explained, and what a calibration says."""
+    facts = list[str]()
+    if recognition.margin is not None:
+        facts.append(f"{percents(recognition.margin)} below the runner-up {recognition.runner_up}")
+    facts += [f"{percents(recognition.explained)} explained"]
+    facts.append("not judged" if judgement is None else f"{judgement.acceptance.value} by the calibration")
+    return facts
+
+
+def _view(sheet: _Sheet, place: int, view: Ranked, picture: Picture, other: str | None) -> None:
     left, top = sheet.corner(place)
     width = sheet.cell - GUTTER
     sheet.text(left, top + 0.16, f"{place + 1}  {_fitted(view.name, width - 0.25, 9.0)}", 9.0)
@@ -150,6 +176,8 @@ def _view(sheet: _Sheet, place: int, view: Ranked, picture: Picture) -> None:
         sheet.text(left, below + 0.29, "proved zero", 8.5, color=QUIET, style="italic")
     else:
         sheet.text(left, below + 0.29, f"{100 * view.share:.1f} %   w = {view.weight:+.3g}", 8.5)
+    if other is not None:
+        sheet.text(left, below + 0.45, f"nearest to {_fitted(other, width - 0.7, 8.5)}", 8.5, color=ALARM)
 
 
 def _modalities(sheet: _Sheet, ranking: tuple[Ranked, ...], best: str) -> None:

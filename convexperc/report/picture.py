@@ -6,6 +6,7 @@ from pathlib import Path
 
 from convexperc.errors import InputError
 from convexperc.features.pictures import Picture
+from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.recognition import Recognition
 from convexperc.report.backend import load_matplotlib, require_matplotlib
 
@@ -30,7 +31,12 @@ def picture_kind(path: str | os.PathLike[str]) -> str:
     return kind
 
 
-def recognition_picture(recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
+def recognition_picture(
+    recognition: Recognition,
+    views: Mapping[str, Picture],
+    kind: str,
+    judgement: Judgement | None = None,
+) -> bytes:
     """Draw a recognition as the content of a file; the same input gives the same bytes.
 
     Parameters
@@ -40,6 +46,8 @@ def recognition_picture(recognition: Recognition, views: Mapping[str, Picture], 
         The picture of each of the recognition's views.
     kind : {"png", "svg"}
         File format.
+    judgement : Judgement, optional
+        By a calibration.
 
     Returns
     -------
@@ -60,4 +68,4 @@ def recognition_picture(recognition: Recognition, views: Mapping[str, Picture], 
     load_matplotlib()
     from convexperc.report import figure  # noqa: PLC0415 - Matplotlib comes with an extra
 
-    return figure.draw(recognition, views, kind)
+    return figure.draw(recognition, views, kind, judgement)

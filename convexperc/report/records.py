@@ -13,6 +13,7 @@ from convexperc.features.configuration import FeatureConfiguration
 from convexperc.problem.files import LAMBDAS, hex_floats, partition_record
 from convexperc.problem.optimality import OptimalityResidual
 from convexperc.recognition.calibration import Judgement
+from convexperc.recognition.each_view import EachView
 from convexperc.recognition.recognition import Ranked, Recognition, Template
 from convexperc.recognition.rules import Rules
 from convexperc.solution.solution import Solution
@@ -82,6 +83,7 @@ def recognition_record(
     recognition: Recognition,
     configuration: FeatureConfiguration | None = None,
     judgement: Judgement | None = None,
+    each_view: EachView | None = None,
 ) -> dict[str, Any]:
     """Return a recognition as plain JSON values: verdict, rankings for the best template, every interval.
 
@@ -92,7 +94,7 @@ def recognition_record(
     return {
         "schema": "convexperc/recognition/5",
         "decision": recognition.decision.value,
-        "verdict": recognition.verdict.value,
+        "verdict": recognition.statement,
         "label": recognition.label,
         "candidates": list(recognition.candidates),
         "reason": recognition.reason,
@@ -102,8 +104,10 @@ def recognition_record(
         "views": list(recognition.views),
         "acceptance": None if judgement is None else _judged(judgement),
         "margin": None if recognition.margin is None else _interval(recognition.margin),
+        "explained": _interval(recognition.explained),
         "runner_up": recognition.runner_up,
         "rules": _rules(recognition),
+        "each_view": None if each_view is None else _each_view(each_view),
         "ranked_for": {"object": best.object, "template": best.name},
         "ranked_views": _ranked(recognition.ranked_views()),
         "ranked_modalities": _ranked(recognition.ranked_modalities()),
@@ -130,6 +134,18 @@ def _rules(found: Recognition) -> dict[str, Any]:
     names = ("mean", "best_view", "vote", "votes")
     nearest = dict(zip(found.views, rules.nearest, strict=True))
     return {**{name: getattr(rules, name) for name in names}, "nearest": nearest}
+
+
+def _each_view(found: EachView) -> dict[str, Any]:
+    """The sums of the optima of single views, by object."""
+    ends = zip(found.objects, *(end.tolist() for end in found.costs), strict=True)
+    return {
+        "label": found.label,
+        "candidates": list(found.candidates),
+        "margin": None if found.margin is None else _interval(found.margin),
+        "labels": {robot: alone.label for robot, alone in zip(found.views, found.recognitions, strict=True)},
+        "sums": {name: _interval((lower, upper)) for name, lower, upper in ends},
+    }
 
 
 def _judged(judgement: Judgement) -> dict[str, Any]:

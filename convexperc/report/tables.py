@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from convexperc.problem.optimality import OptimalityResidual
     from convexperc.problem.problem import Problem
     from convexperc.recognition.calibration import Calibration, Counts, Judgement
+    from convexperc.recognition.each_view import EachView
     from convexperc.recognition.recognition import Ranked, Recognition, Template
     from convexperc.solution.solution import Solution
 
@@ -35,7 +36,12 @@ def console() -> Console:
     return out
 
 
-def show_recognition(out: Console, recognition: "Recognition", judgement: "Judgement | None" = None) -> None:
+def show_recognition(
+    out: Console,
+    recognition: "Recognition",
+    judgement: "Judgement | None" = None,
+    each_view: "EachView | None" = None,
+) -> None:
     """Print every object, the rankings for the best one, and the certificate of its answer."""
     best = recognition.template()
     solution = best.solution
@@ -44,47 +50,76 @@ def show_recognition(out: Console, recognition: "Recognition", judgement: "Judge
     _show_ranking(out, best.name, "robot", ">w", recognition.ranked_views())
     _show_ranking(out, best.name, "modality", ">||u^i||", recognition.ranked_modalities())
     facts = [
-        ("label", recognition.label or f"none; candidates: {', '.join(recognition.candidates)}"),
-        ("verdict", f"{recognition.verdict.value}: {recognition.reason}"),
-        *_judged(judgement),
+        ("label", labelled(recognition)),
+        ("acceptance", accepted(judgement)),
+        ("verdict", stated(recognition)),
         *_margin(recognition),
+        ("explained", f"{percents(recognition.explained)} of ||o||^2 by the views"),
         *_rules(recognition),
+        *_each_view(each_view),
         *certificate_facts(solution.certificate),
         ("objects", _counted(recognition)),
         ("solver", solver_status(solution)),
         *(("warning", warning) for warning in recognition.warnings),
         (
             "scope",
-            "proved for these features and lambdas; whether they distinguish the objects is not proved",
+            "the optima are bounded for these features and lambdas; whether the label is right is not proved",
         ),
     ]
     show_facts(out, f"Certificate for {best.name}", facts)
 
 
-def _judged(judgement: "Judgement | None") -> list[tuple[str, str]]:
-    """What a calibration says."""
+def labelled(found: "Recognition") -> str:
+    """Return the label with the reference that it is by, or the candidates."""
+    if found.label is None:
+        return f"none; candidates: {', '.join(found.candidates)}"
+    best = found.template().name
+    return (
+        found.label
+        if best == found.label
+        else f"{found.label}, by its reference {reference(best, found.label)}"
+    )
+
+
+def stated(found: "Recognition") -> str:
+    """Return the verdict: what is proved, or why nothing is."""
+    if found.label is not None:
+        return f"{found.statement} of {len(found.objects)} objects"
+    return f"{found.statement}: {found.reason}"
+
+
+def accepted(judgement: "Judgement | None") -> str:
+    """Return what a calibration says, or that there is none."""
     if judgement is None:
-        return []
+        return "not judged, for want of a calibration"
     names = f" ({', '.join(judgement.accepted)})" if judgement.accepted else ""
-    return [("calibrated", f"{judgement.acceptance.value}{names}: {judgement.reason}")]
+    return f"{judgement.acceptance.value}{names}: {judgement.reason}"
 
 
-def show_calibration(out: Console, made: "Calibration", counts: "Counts") -> None:
-    """Print the thresholds, and how the scenes fare that set them."""
+def reference(name: str, shown: str) -> str:
+    """Return a reference's own name, without that of its object."""
+    return name.removeprefix(f"{shown}/")
+
+
+def show_calibration(out: Console, made: "Calibration", counts: "Counts | None") -> None:
+    """Print the thresholds, and how labelled scenes fare."""
     facts = [
         (
             "coverage",
-            f"{100 * made.coverage:g} % of scenes of known objects, drawn as these {made.scenes} were",
+            f"{100 * made.coverage:g} % of scenes of known objects, drawn as these {made.scenes} "
+            f"{made.origin.value} were",
         ),
         ("excess", _threshold(made.excess, "how much more than the best object one may cost, relatively")),
         ("share", _threshold(made.share, "of ||o||^2 that one may leave unexplained")),
-        (
-            "known",
-            f"of {counts.known} scenes, each judged by the others: {counts.accepted} have their object "
-            f"accepted; {counts.recognised} have one object accepted, {counts.wrong} of these another one",
-        ),
     ]
-    if counts.unknown:
+    if counts is not None and counts.known:
+        by = ", each judged by the others" if made.origin.value == "labelled scenes" else ""
+        said = (
+            f"of {counts.known} scenes{by}: {counts.accepted} have their object accepted; "
+            f"{counts.recognised} have one object accepted, {counts.wrong} of these another one"
+        )
+        facts.append(("known", said))
+    if counts is not None and counts.unknown:
         claimed = f"in {counts.claimed} one object is accepted"
         facts.append(("unknown", f"of {counts.unknown} scenes {counts.refused} are refused; {claimed}"))
     show_facts(out, "Calibration", facts)
@@ -102,8 +137,14 @@ def _margin(recognition: "Recognition") -> list[tuple[str, str]]:
         return []
     lower, upper = recognition.margin
     what = "F*" if recognition.decision.value == "objective" else "F* / ||o||^2"
-    said = f"{below(lower, 6)} to {above(upper, 6)} of the {what} of {recognition.runner_up}, the next object"
+    said = f"{percents((lower, upper))} below the {what} of {recognition.runner_up}, the runner-up"
     return [("margin", said)]
+
+
+def percents(ends: tuple[float, float]) -> str:
+    """Return an interval of shares in per cent, rounded outwards."""
+    lower, upper = below(100.0 * ends[0] * (1.0 - 2.0**-52), 4), above(100.0 * ends[1] * (1.0 + 2.0**-52), 4)
+    return f"{lower} to {upper} %" if lower != upper else f"{lower} %"
 
 
 def _rules(found: "Recognition") -> list[tuple[str, str]]:
@@ -119,6 +160,16 @@ def _rules(found: "Recognition") -> list[tuple[str, str]]:
     return facts
 
 
+def _each_view(found: "EachView | None") -> list[tuple[str, str]]:
+    """What the optima of single views add up to."""
+    if found is None:
+        return []
+    if found.label is None:
+        return [("each view", f"undecided between {', '.join(found.candidates)}")]
+    behind = "" if found.margin is None else f", {percents(found.margin)} below the next object"
+    return [("each view", f"{found.label}; proved: lowest sum of the optima of single views{behind}")]
+
+
 def _counted(recognition: "Recognition") -> str:
     """How many objects, and references of them, have a certified answer."""
     certified, templates = recognition.answers.certified, recognition.best_templates
@@ -130,28 +181,24 @@ def _counted(recognition: "Recognition") -> str:
 
 
 def _show_objects(out: Console, recognition: "Recognition") -> None:
-    shares, several = recognition.decision.value != "objective", recognition.answers.data.library.several
+    left = recognition.unexplained[1]
 
     def row(template: "Template") -> tuple[str, ...]:
-        lower, upper = template.interval
         verdict = "excluded"
         if template.object in recognition.candidates:
             verdict = "candidate" if recognition.label is None else "label"
-        bounds = below(lower), above(upper), above(template.gap, 3)
-        share = (f"{below(1.0 - template.cost[1], 6)}",) if shares else ()
-        shown = (
-            (template.object, template.name.removeprefix(f"{template.object}/"))
-            if several
-            else (template.name,)
-        )
-        return (*shown, *share, *bounds, _WORDS[template.status.value], verdict)
+        share = below(max(0.0, 1.0 - float(left[template.index]) - 2.0**-53), 6)
+        lower, upper = template.interval
+        return (
+            template.name, share, below(lower), above(upper), _WORDS[template.status.value], verdict
+        )  # fmt: skip
 
     rows = [row(template) for template in sorted(recognition.best_templates, key=lambda entry: entry.cost[1])]
-    share = (">explained at least",) if shares else ()
-    objects = ("object", "best reference") if several else ("object",)
-    columns = *objects, *share, ">F* at least", ">F* at most", ">gap", "certified", "verdict"
-    title = "Objects, largest explained fraction first" if shares else "Objects, lowest optimum first"
-    _show_table(out, title, columns, rows)
+    several = recognition.answers.data.library.several
+    objects, title = ("reference", "Objects by their best references") if several else ("object", "Objects")
+    columns = objects, ">explained", ">F* at least", ">F* at most", "certified", "verdict"
+    order = "lowest optimum" if recognition.decision.value == "objective" else "largest explained fraction"
+    _show_table(out, f"{title}, {order} first", columns, rows)
 
 
 def show_blocks(

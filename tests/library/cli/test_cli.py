@@ -216,12 +216,13 @@ def test_recognize_ends_with_the_certificate(folders, tmp_path):
     assert len(heads) == 4, lines
     certificate = lines[heads[-1] :]
     assert [line.split() for line in certificate[:2]] == [["Certificate", "for", "disc"], ["label", "disc"]]
-    assert certificate[2].split()[:2] == ["verdict", "proved:"], certificate
+    assert certificate[2].split()[:3] == ["acceptance", "not", "judged,"], certificate
+    assert " ".join(certificate[3].split()) == "verdict proved: lowest optimum of 2 objects", certificate
     assert "robot [red] 1" in result.stdout
     assert all(len(line) <= 80 for line in lines[2:]), lines
     assert "\x1b" not in result.output
     record = json.loads((tmp_path / "r.json").read_text())
-    assert (record["label"], record["verdict"]) == ("disc", "proved")
+    assert (record["label"], record["verdict"]) == ("disc", "proved: lowest optimum")
     assert record["features"] == QUICK.to_dict()
     assert (tmp_path / "r.svg").read_bytes().startswith(b"<?xml")
 

@@ -1,6 +1,7 @@
 """`library`, `calibrate`, several references an object, and what is left out, on the command line."""
 
 import json
+import re
 
 import cv2
 import numpy as np
@@ -78,7 +79,10 @@ def test_a_library_gives_the_outcome_of_its_folder(world, tmp_path):
 def test_the_table_is_by_object_and_names_the_best_reference(world):
     views, quick = world / "scenes" / "box" / "1", ["--configuration", world / "quick.json"]
     said = expect(0, "recognize", "--references", world / "known", "--views", views, *quick).output
-    assert "best reference" in said
+    assert "Objects by their best references" in said
+    assert re.search(r"label +box, by its reference [01]\s", said), said
+    assert re.search(r"acceptance +not judged", said), said
+    assert re.search(r"explained +[\d.]+ to [\d.]+ % of", said), said
     assert "3 of 3 have a certified answer; so have 5 of their 5 references" in said
     assert "other rules" in said
     assert "margin" in said
@@ -135,8 +139,39 @@ def test_a_calibration_accepts_known_objects_and_refuses_an_unknown_one(world, t
         assert f"{verdict}" in said
         record = json.loads((tmp_path / "r.json").read_text())
         assert record["acceptance"]["verdict"] == verdict
-        assert record["verdict"] == "proved"
+        assert record["verdict"] == "proved: lowest optimum"
+        assert (
+            0.0 <= record["explained"]["lower"]["decimal"] <= record["explained"]["upper"]["decimal"] <= 1.0
+        )
         expect(0, "recognize", *given)
+
+
+def test_the_references_themselves_may_set_the_thresholds(world, tmp_path):
+    quick = ["--configuration", world / "quick.json"]
+    given = ["--references", world / "known", *quick, "--out", tmp_path / "t.json"]
+    said = expect(0, "calibrate", *given, "--robots", 1, "--coverage", 0.5).output
+    record = json.loads((tmp_path / "t.json").read_text())
+    assert (record["origin"], record["scenes"]) == ("held-out references", 4)  # of box and can; cup has one
+    assert "these 4 held-out references" in said
+    assert "known" not in said.replace("known objects", "")
+    counted = expect(0, "calibrate", *given, "--robots", 1, "--scenes", world / "scenes").output
+    assert "of 12 scenes: 12 have" in counted
+    assert json.loads((tmp_path / "t.json").read_text())["scenes"] == 4
+    failed = expect(2, "calibrate", *given, "--robots", 2)
+    assert "more than 2 references" in failed.output
+    assert "--robots" in expect(2, "calibrate", *given).output
+
+
+def test_each_view_adds_its_own_sum(world, tmp_path):
+    given = ["--references", world / "known", "--views", world / "scenes" / "can" / "2"]
+    quick = ["--configuration", world / "quick.json", "--json", tmp_path / "r.json"]
+    said = expect(0, "recognize", *given, *quick, "--each-view").output
+    assert re.search(r"each view +can; proved: lowest sum", said), said
+    record = json.loads((tmp_path / "r.json").read_text())["each_view"]
+    assert (record["label"], set(record["labels"].values())) == ("can", {"can"})
+    assert min(record["sums"], key=lambda name: record["sums"][name]["upper"]["decimal"]) == "can"
+    expect(0, "recognize", *given, *quick)
+    assert json.loads((tmp_path / "r.json").read_text())["each_view"] is None
 
 
 def test_what_does_not_fit_is_refused_before_anything_is_written(world, thresholds, tmp_path):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from convexperc.errors import InputError
+from convexperc.recognition.calibration import Acceptance, Judgement
 from convexperc.recognition.label import recognize
 from convexperc.recognition.recognition import Verdict
 from convexperc.report.figure import MOST_VIEWS
@@ -85,6 +86,33 @@ def test_the_title_is_the_label_only_when_it_is_proved():
     shown = words(recognition_picture(tied, pictures, "svg"))
     assert "No label: tie" in shown, shown
     assert f"tie: {tied.reason}" in shown, shown
+
+
+def test_the_title_is_what_a_calibration_says_where_that_is_not_the_label():
+    found, pictures = scene(3, 4)
+    label, other = found.label, found.runner_up
+    for acceptance, accepted, title in (
+        (Acceptance.RECOGNISED, (label,), label),
+        (Acceptance.UNKNOWN, (), "Unknown"),
+        (Acceptance.AMBIGUOUS, (label, other), f"Ambiguous: {label} or {other}"),
+        (Acceptance.RECOGNISED, (other,), f"Recognised: {other}"),
+    ):
+        shown = words(
+            recognition_picture(found, pictures, "svg", Judgement(acceptance, accepted, "a reason"))
+        )
+        assert title in shown, shown
+        assert any(text.endswith(f"{acceptance.value} by the calibration") for text in shown), shown
+        assert f"proved: lowest optimum of 4 objects: {label}" in shown, shown
+        assert any(f"below the runner-up {other} · " in text for text in shown), shown
+
+
+def test_views_that_are_nearest_to_another_object_say_so():
+    objects = np.eye(6)[:, :2]
+    X = np.array([[1.0, 0, 0, 0, 0, 0], [0.9, 0, 0, 0, 0, 0], [0, 0.5, 0, 0, 0, 0]])
+    found = recognize(X, {"a": objects[:, 0], "b": objects[:, 1]}, lambda1=0.1, lambda2=0.1, lambda3=0.1)
+    pictures = {view: np.zeros((8, 8, 3), dtype=np.uint8) for view in found.views}
+    shown = words(recognition_picture(found, pictures, "svg"))
+    assert (found.label, [text for text in shown if text.startswith("nearest")]) == ("a", ["nearest to b"])
 
 
 def test_all_zero_is_drawn():

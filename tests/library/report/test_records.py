@@ -218,7 +218,7 @@ def test_records_hold_the_same_number_twice_and_exactly(tmp_path):
 def test_a_recognition_record_says_what_the_recognition_says():
     recognition = recognize(X, {"p": [1.0, 0, 2], "q": [0.0, 1, 0]}, lambda1=1.0, lambda2=0.1, lambda3=1.0)
     record = recognition_record(recognition, FeatureConfiguration())
-    assert (record["verdict"], record["label"]) == (recognition.verdict.value, recognition.label)
+    assert (record["verdict"], record["label"]) == (recognition.statement, recognition.label)
     assert [entry["name"] for entry in record["ranked_views"]] == [r.name for r in recognition.ranked_views()]
     assert [template["name"] for template in record["templates"]] == ["p", "q"]
     assert FeatureConfiguration.from_dict(record["features"]) == FeatureConfiguration()
