@@ -16,6 +16,8 @@ FOLDER_VARIABLE = "CONVEXPERC_CACHE_DIR"
 """Environment variable: the only folder to be used."""
 SUFFIX = ".machine-code"
 HASH_BYTES = 32
+KEPT = 4
+"""Files of one kernel that are kept beside the sources: several versions of Python may share these."""
 BESIDE_SOURCES = Path(__file__).resolve().parent / "__pycache__"
 
 
@@ -78,16 +80,23 @@ def write(name: str, form: str, content: bytes) -> Path | None:
 
 
 def _drop_older(name: str) -> None:
-    """Remove what was compiled from earlier sources of this installation."""
-    for path in _files(BESIDE_SOURCES, f"{name.rpartition('-')[0]}-*"):
-        if not path.name.startswith(name):
-            path.unlink(missing_ok=True)
+    """Remove what was compiled longest ago, from earlier sources of this installation."""
+    others = [
+        (path.stat().st_mtime_ns, path)
+        for path in _files(BESIDE_SOURCES, f"{name.rpartition('-')[0]}-*")
+        if not path.name.startswith(name)
+    ]
+    for _, path in sorted(others, reverse=True)[KEPT - 1 :]:
+        path.unlink(missing_ok=True)
 
 
 def _files(folder: Path, pattern: str) -> Iterator[Path]:
     """The files of a folder that nobody else could have made."""
+    found: list[Path] = []
     with contextlib.suppress(OSError):
-        for path in sorted(folder.glob(pattern + SUFFIX)):
+        found = sorted(folder.glob(pattern + SUFFIX))
+    for path in found:
+        with contextlib.suppress(OSError):  # another process may have removed it
             if not hasattr(os, "getuid") or path.stat().st_uid in _owners():
                 yield path
 

@@ -258,17 +258,36 @@ def test_no_home_and_a_package_that_cannot_be_written(
     )
 
 
-def test_older_machine_code_of_this_installation_is_removed(
+def test_the_oldest_machine_code_of_this_installation_is_removed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv(machine_code.FOLDER_VARIABLE)
     monkeypatch.setattr(machine_code, "BESIDE_SOURCES", tmp_path)
-    for name in ("solve.python-old", "bound.python-old", "solve.python-new"):
-        machine_code.write(name, "form", b"content")
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "bound.python-old-form.machine-code",
-        "solve.python-new-form.machine-code",
-    ]
+    names = "solve.python-a", "bound.python-a", *(f"solve.python-{each}" for each in "bcdef")
+    for age, name in enumerate(names):
+        written = machine_code.write(name, "form", b"content")
+        assert written is not None
+        os.utime(written, ns=(age, age))
+    assert sorted(path.name.partition("-form")[0] for path in tmp_path.iterdir()) == sorted(
+        ["bound.python-a", *(f"solve.python-{each}" for each in "cdef")]
+    )
+
+
+def test_a_file_that_goes_while_the_folder_is_listed_hides_no_other(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for form in "abc":
+        machine_code.write("name", form, b"content")
+    gone, real = folder / "name-b.machine-code", Path.stat
+
+    def stat(self: Path, **more: Any) -> os.stat_result:
+        if self == gone:
+            gone.unlink(missing_ok=True)
+        return real(self, **more)
+
+    monkeypatch.setattr(Path, "stat", stat)
+    found = [path.name for path in machine_code.places("name")]
+    assert found == ["name-a.machine-code", "name-c.machine-code"]
 
 
 CODE = "def inner(x):\n    return {inner}\n\ndef outer(x):\n    return inner(x) + SUMMAND\n"
