@@ -2,6 +2,7 @@
 
 import ast
 import json
+import math
 import re
 import subprocess
 import sys
@@ -14,7 +15,7 @@ import pytest
 
 import convexperc
 from convexperc.problem import read_problem
-from verification.experiments.record.reading import packaged
+from verification.experiments.record.reading import PACKAGED, packaged
 from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import CAUSES, CLAIMS, Voice
 from verification.ledger.evidence import Verdict
@@ -41,7 +42,7 @@ def blocks(document: str | Path, language: str) -> list[str]:
 
 
 def readme(lines: list[str]) -> None:
-    assert lines[0].startswith("Verdict.PROVED ica-sign ['robot-3', 'robot-4', 'robot-1'"), lines
+    assert lines[0].startswith("proved: lowest optimum ica-sign ['robot-3', 'robot-4', 'robot-1'"), lines
 
 
 def python(lines: list[str]) -> None:
@@ -66,9 +67,13 @@ def python(lines: list[str]) -> None:
     assert 0.0 < float(low) <= float(high) < 1.0, lines
     assert runner_up not in {"None", label[1]}, lines
     assert len(lines[11]) > 0, lines
-    acceptance, accepted = lines[12].split(maxsplit=1)
+    statement, explained = lines[12].split(" (")
+    assert statement == "proved: lowest optimum", lines
+    assert 0.0 < float(explained.split(",")[0]) < 1.0, lines
+    assert re.match(r"(object \d+|None) \(0\.", lines[13]), lines
+    acceptance, accepted = lines[14].split(maxsplit=1)
     assert (acceptance == "Acceptance.RECOGNISED") == (ast.literal_eval(accepted) == (label[1],)), lines
-    assert [line.split()[:3] for line in lines[13:-1]] == [
+    assert [line.split()[:3] for line in lines[15:-1]] == [
         [name, "Verdict.PROVED", name] for name in ("red-car", "gray-car", "ica-sign")
     ], lines
     assert lines[-1] == "ProblemError lambda1 must be a finite real number >= 0", lines
@@ -222,6 +227,26 @@ def test_the_page_of_the_experiments_has_the_counts_of_the_record():
         assert counts == ", ".join(map(str, each.tally)), each.part
         assert agreeing == str(each.agreeing), each.part
         assert verdict == f"{judged.verdict.value} {judged.condition.partition(':')[0]}".strip(), each.part
+
+
+def test_the_page_of_the_experiments_states_the_protocol_of_the_record():
+    page, record = text("docs/experiments.md"), json.loads(PACKAGED.read_text())
+    assert record["volatile"]["command"] in page
+    design, sets = record["design"], {each["name"]: each for each in record["sets"]}
+    assert f"n = {design['counts'][0]}..{design['counts'][-1]} views | {design['repetitions']} for" in page
+    assert f"{design['resamples']:,}, seed {design['seed']} |" in page
+    assert ", ".join(f"({a:g}, {b:g})" for a, b in design["settings"]) in page
+    assert ", ".join(f"{value:g}" for value in design["grid"]) in page
+    combinations = math.prod(map(len, design["factors"].values()))
+    for each in sets.values():
+        assert (len(each["readings"]), combinations) == (128, 1024)
+        assert (len(each["objects"]), each["scenes"], each["views"], len(each["levels"])) == (8, 240, 1440, 5)
+    assert "128 of 1,024 |" in page
+    for name in ("simulation", "photographs"):
+        study = sets[name]["case_study"]
+        said = f"{len(study['objects'])} objects, {study['scenes']} scenes, {study['views']} views"
+        assert said in page, said
+    assert {*sets["photographs"]["source"]["photographs"].values()} == {16}
 
 
 def test_the_tree_of_the_architecture_is_that_of_the_files():
