@@ -1,6 +1,8 @@
 """Options that several commands share, and how their files are checked and written."""
 
+import contextlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -24,12 +26,34 @@ BUDGET = 60.0
 """`convexperc.enclosure.budget.SECONDS`, which is not loaded for ``--help``."""
 
 
-def check_outputs(outputs: dict[str, Path | None], inputs: dict[str, Path | None]) -> None:
-    """Refuse outputs that cannot be written, or would replace an input or each other, before any work."""
-    check_apart(outputs, inputs=inputs)
+def check_outputs(
+    outputs: dict[str, Path | None],
+    inputs: dict[str, Path | None],
+    depths: dict[str, int] | None = None,
+) -> None:
+    """Refuse outputs that cannot be written, or would replace an input or each other, before any work.
+
+    `depths` says of folders among the inputs how many levels of their sub-folders are read, too.
+    """
+    inner = {
+        f"{name}, {folder}": folder
+        for name, depth in (depths or {}).items()
+        for folder in _folders(inputs[name], depth)
+    }
+    check_apart(outputs, inputs={**inputs, **inner})
     for file in outputs.values():
         if file is not None:
             check_place(file)
+
+
+def _folders(folder: Path | None, depth: int) -> Iterator[Path]:
+    """The sub-folders down to a level; those that cannot be read are refused when they are."""
+    if folder is not None and depth > 0:
+        with contextlib.suppress(OSError):
+            for entry in sorted(folder.iterdir()):
+                if entry.is_dir():
+                    yield entry
+                    yield from _folders(entry, depth - 1)
 
 
 def write(content: dict[Path, bytes]) -> None:

@@ -90,7 +90,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
             "--references": references, "--views": views, "--configuration": configuration,
             "--calibration": calibration,
         }  # fmt: skip
-        check_outputs({"--json": json, "--picture": figure}, read)
+        check_outputs({"--json": json, "--picture": figure}, read, {"--references": 1})
         heading, prepared, seen = _asked(references, views, scene, configuration)
         omitted = _left_out(references, views)
         found = recognition.perceive(
@@ -133,7 +133,7 @@ def library(
 ) -> bool:
     """Run ``convexperc library``."""
     with working("describing"):
-        check_outputs({"--out": out}, {"DIR": references, "--configuration": configuration})
+        check_outputs({"--out": out}, {"DIR": references, "--configuration": configuration}, {"DIR": 1})
         pictures = recognition.read_references(references)
         known = recognition.References.of(pictures, _configuration(configuration))
         known.save(out)
@@ -191,7 +191,7 @@ def calibrate(
         raise typer.BadParameter("give --scenes, or --robots to calibrate by the references themselves")
     with working("calibrating"):
         read = {"--references": references, "--scenes": scenes, "--configuration": configuration}
-        check_outputs({"--out": out}, read)
+        check_outputs({"--out": out}, read, {"--references": 1, "--scenes": 2})
         known, found = _known(references, configuration), []
         chosen, decision = (lambda1, lambda2, lambda3), decide.value.replace("-", " ")
         for truth, views in () if scenes is None else recognition.read_scenes(scenes):

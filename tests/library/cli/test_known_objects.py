@@ -193,6 +193,15 @@ def test_what_does_not_fit_is_refused_before_anything_is_written(world, threshol
         2, "calibrate", "--references", known, "--scenes", known, *quick, "--out", tmp_path / "t.json"
     )
     assert "OBJECT/SCENE" in failed.output
+    within = known / "can" / "new.json"
+    failed = expect(2, "recognize", "--references", known, "--views", views, *quick, "--json", within)
+    assert "must not lie in the folder" in failed.output
+    assert "must not lie" in expect(2, "library", known, "--out", within, *quick).output
+    assert not within.exists()
+    scene = world / "scenes" / "can" / "0" / "t.json"
+    given = ["--references", known, "--scenes", world / "scenes", *quick, "--out"]
+    assert "must not lie" in expect(2, "calibrate", *given, scene).output
+    assert "must not lie" in expect(2, "calibrate", *given, scene.parent.parent / "t.json").output
     failed = expect(2, "library", known, "--out", known / "cup.png", *quick)
     assert cv2.imread(str(known / "cup.png")) is not None
     failed = expect(
