@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from convexperc.errors import FeatureError, InputError
+from convexperc.features.network import COLUMNS, checked_name, name_in, record_of
 from convexperc.files import placed, read_json
 
 UNIT_LENGTH = "unit length by modality"
@@ -41,7 +42,7 @@ _CHOICES = (
 
 @dataclass(frozen=True)
 class FeatureConfiguration:
-    """The parameters of the three modalities; the defaults give 24 + 1764 + 26 = 1814 columns.
+    """The parameters of the modalities; the defaults give three, 24 + 1764 + 26 = 1814 columns.
 
     Attributes
     ----------
@@ -72,7 +73,10 @@ class FeatureConfiguration:
         The number of codes: P + 2 for "uniform", P (P - 1) + 3 for "nri_uniform", else 2^P.
     normalisation : {"unit length by modality", "sum one by modality", "unit length", "none"}
         Divide each modality of a view by its Euclidean length, or by the sum of its entries; divide the whole
-        view by its Euclidean length; or leave counts and HOG values unchanged.
+        view by its Euclidean length; or leave counts, HOG values and means unchanged.
+    network : {None, "efficientnet-lite0"}
+        The pretrained network whose features are a fourth modality, "cnn", of 1280 columns (see
+        `network_features`); it needs the extra ``cnn``. None: there is no fourth.
 
     Raises
     ------
@@ -97,6 +101,7 @@ class FeatureConfiguration:
     lbp_method: str = "uniform"
     lbp_bins: int = 26
     normalisation: str = UNIT_LENGTH
+    network: str | None = None
 
     def __post_init__(self) -> None:
         given = {field.name: getattr(self, field.name) for field in fields(self)}
@@ -139,32 +144,42 @@ class FeatureConfiguration:
 
     @property
     def modality_sizes(self) -> dict[str, int]:
-        """Number of columns of each modality, in the order "color", "hog", "lbp"."""
+        """Number of columns of each modality, in the order "color", "hog", "lbp" and, if any, "cnn"."""
         color = self.color_bins**3 if self.color_histogram == JOINT else 3 * self.color_bins
         hog = math.prod(self._hog_blocks) * math.prod(self.hog_cells_per_block) * self.hog_orientations
-        return {"color": color, "hog": hog, "lbp": self.lbp_bins}
+        sizes = {"color": color, "hog": hog, "lbp": self.lbp_bins}
+        return sizes if self.network is None else sizes | {"cnn": COLUMNS}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain JSON values by name; `from_dict` restores an equal configuration."""
+        """Return plain JSON values by name; `from_dict` restores an equal configuration.
+
+        Without a network there is no key "network". With one, its value is a mapping: the network's name, the
+        package that holds its weights, with version and licence, and the SHA-256 of the weights.
+        """
         record = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in record.items()}
+        network = record.pop("network")
+        plain = {name: list(value) if isinstance(value, tuple) else value for name, value in record.items()}
+        return plain if network is None else plain | {"network": record_of(network)}
 
     @classmethod
     def from_dict(cls, record: object) -> "FeatureConfiguration":
-        """Return the configuration that `to_dict` wrote; every key is required.
+        """Return the configuration that `to_dict` wrote; every key is required, but "network".
 
         Raises
         ------
         FeatureError
-            A key is unknown or missing, or a value is invalid.
+            A key is unknown or missing, or a value is invalid; the features are those of a network with other
+            weights than this version of the library uses.
         """
         names = {field.name for field in fields(cls)}
-        if not isinstance(record, Mapping) or set(record) != names:
-            keys = set(record) if isinstance(record, Mapping) else set()
-            remedy = f"Unknown: {sorted(map(str, keys - names))}; missing: {sorted(names - keys)}."
+        keys = set(record) if isinstance(record, Mapping) else set()
+        if not isinstance(record, Mapping) or keys | {"network"} != names:
+            missing = names - keys - {"network"}
+            remedy = f"Unknown: {sorted(map(str, keys - names))}; missing: {sorted(missing)}."
             must = "must be a mapping with exactly the names of a FeatureConfiguration"
             raise FeatureError("feature configuration", value=record, must=must, remedy=remedy)
-        return cls(**_checked(record))
+        network = name_in(record["network"]) if "network" in record else None
+        return cls(**_checked({**record, "network": network}))
 
 
 def _checked(record: Mapping[str, Any]) -> dict[str, Any]:
@@ -184,6 +199,7 @@ def _checked(record: Mapping[str, Any]) -> dict[str, Any]:
             "hog_transform_sqrt", value=record["hog_transform_sqrt"], must="must be True or False"
         )
     checked["lbp_radius"] = _radius(record["lbp_radius"])
+    checked["network"] = checked_name(record["network"])
     return checked
 
 

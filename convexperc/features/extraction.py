@@ -12,6 +12,8 @@ from convexperc.features.color import color_histogram
 from convexperc.features.configuration import UNIT_LENGTH, UNIT_SUM, UNIT_VIEW, FeatureConfiguration
 from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
+from convexperc.features.network_model import network_features
+from convexperc.features.network_weights import require_network
 from convexperc.features.parallel import available_cores, side_by_side
 from convexperc.features.pictures import Picture, Pictures, as_rgb, resize, to_gray
 from convexperc.features.recent import RecentFeatures, Row
@@ -31,7 +33,8 @@ def extract(
     """Describe each view by its colour, shape and texture, several side by side on all cores.
 
     A picture is resized to the working size; R, G, B give the colour histogram, the gray values
-    (`to_gray`) give HOG and LBP. The columns of each modality are ``configuration.modality_sizes``,
+    (`to_gray`) give HOG and LBP. Where the configuration names a network, its features are a fourth modality
+    (`network_features`). The columns of each modality are ``configuration.modality_sizes``,
     in that order.
 
     Parameters
@@ -56,6 +59,8 @@ def extract(
         There is no picture, or one array was given in place of several.
     ImageError
         A picture cannot be used; the error names it as ``images[i]``.
+    MissingExtraError, FileFormatError
+        The configuration names a network, and its package is not installed, or holds other weights.
 
     Notes
     -----
@@ -66,6 +71,8 @@ def extract(
         raise FeatureError(
             "images", value=images.shape, must="must be several pictures, not one", remedy=remedy
         )
+    if configuration.network is not None:
+        require_network()
     pictures = (as_rgb(image, f"images[{i}]") for i, image in enumerate(images))
     describe = partial(_describe_all, configuration=configuration)
     rows: list[Row] = []
@@ -116,12 +123,15 @@ def raw_blocks(
     Returns
     -------
     dict of str to ndarray of float64
-        Counts of pixels and HOG values, named and sized as ``configuration.modality_sizes``.
+        Counts of pixels, HOG values and, if any, means of a network's channels, named and sized as
+        ``configuration.modality_sizes``.
 
     Raises
     ------
     ImageError
         The picture cannot be used.
+    MissingExtraError, FileFormatError
+        See `extract`.
     """
     return _blocks(as_rgb(image, name), configuration)
 
@@ -178,8 +188,11 @@ def _describe(picture: Picture, configuration: FeatureConfiguration) -> Row:
 def _blocks(picture: Picture, configuration: FeatureConfiguration) -> dict[str, Float[np.ndarray, " _"]]:
     small = resize(picture, configuration.working_size)
     gray = to_gray(small)
-    return {
+    blocks = {
         "color": color_histogram(small, configuration),
         "hog": hog_descriptor(gray, configuration),
         "lbp": lbp_histogram(gray, configuration),
     }
+    if configuration.network is not None:
+        blocks["cnn"] = network_features(picture, configuration)
+    return blocks
