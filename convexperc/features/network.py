@@ -74,14 +74,13 @@ def name_in(record: object) -> str:
         version of the library uses: their features are not comparable.
     """
     names = set(Provenance.__dataclass_fields__)
-    if not isinstance(record, Mapping) or set(record) != names:
+    if not isinstance(record, Mapping) or set(record) != names or record["name"] is None:
         must = f"must be a mapping with exactly the names {', '.join(sorted(names))}"
         remedy = "FeatureConfiguration(network=NAME).to_dict() gives a complete record."
         raise FeatureError("network", value=record, must=must, remedy=remedy)
-    name = checked_name(record["name"])
-    known = {} if name is None else record_of(name)
-    for key, value in known.items():
+    name = str(checked_name(record["name"]))
+    for key, value in record_of(name).items():
         if record[key] != value:
             remedy = "The features were made with other weights: describe the pictures again."
             raise FeatureError(f"network: {key}", value=record[key], must=f"must be {value!r}", remedy=remedy)
-    return str(name)
+    return name

@@ -12,7 +12,7 @@ import importlib.resources
 import io
 import pickle
 from dataclasses import dataclass
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,7 +105,7 @@ def read_weights(content: bytes, name: str) -> Weights:
         raise FileFormatError(name, value=str(error), must=must) from None
 
 
-def _tensors(stream: BinaryIO) -> Weights:
+def _tensors(stream: io.BytesIO) -> Weights:
     heads = [_Unpickler(stream).load() for _ in range(3)]
     if heads[:2] != [MAGIC, FORMAT] or heads[2]["little_endian"] is not True:
         raise pickle.UnpicklingError(f"the file begins with {heads}")
@@ -120,7 +120,7 @@ def _tensors(stream: BinaryIO) -> Weights:
 class _Unpickler(pickle.Unpickler):
     """Reads one pickle; a tensor becomes a `_Tensor`, and no function but those of `find_class` is called."""
 
-    def __init__(self, stream: BinaryIO) -> None:
+    def __init__(self, stream: io.BytesIO) -> None:
         super().__init__(stream)
         self.storages: dict[str, tuple[str, int]] = {}
         """Type and count of the numbers of each storage that was named."""
@@ -153,7 +153,7 @@ def _tensor(
     return _Tensor(storage, first, shape, strides)
 
 
-def _numbers(stream: BinaryIO, kind: str, count: int) -> NDArray[np.generic]:
+def _numbers(stream: io.BytesIO, kind: str, count: int) -> NDArray[np.generic]:
     stated = int.from_bytes(stream.read(8), "little")
     if stated != count:
         raise pickle.UnpicklingError(f"a storage of {count} numbers states {stated}")
