@@ -1,4 +1,4 @@
-"""Feature vectors of pictures: colour, shape and texture, one row for each view."""
+"""Feature vectors of pictures: colour, shape, texture and what a network sees, one row for each view."""
 
 from convexperc.faces import attach
 
