@@ -20,7 +20,7 @@ class Provenance:
     licence : str
         That of the weights, as an SPDX identifier.
     sha256 : str
-        Of the file of weights, in hexadecimal. It alone decides whether weights are the same.
+        Of the file of weights, in hexadecimal; the installed one must have it.
     """
 
     name: str

