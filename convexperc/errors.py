@@ -140,6 +140,10 @@ class SlowWarning(UserWarning):
     """Something keeps this from being much faster; the message says what to do."""
 
 
+class PictureWarning(UserWarning):
+    """A picture, or a part of its file, is read otherwise than it may have been meant."""
+
+
 @functools.cache
 def warn_once(text: str) -> None:
     """Say once in a process what makes it slow."""

@@ -2,6 +2,7 @@
 
 import operator
 import os
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,10 @@ import numpy as np
 from jaxtyping import UInt8
 from numpy.typing import NDArray
 
-from convexperc.errors import ImageError
-from convexperc.features.decoding import MAX_BYTES, check_size, decode
+from convexperc.errors import ImageError, PictureWarning
+from convexperc.features.decoding import decode
 from convexperc.features.folders import SUFFIXES, Folder
+from convexperc.features.sizes import MAX_BYTES, check_size
 
 Picture = UInt8[np.ndarray, "h w 3"]
 Pictures = list[UInt8[np.ndarray, "_ _ 3"]]
@@ -24,9 +26,11 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
     """Read a PNG, JPEG, BMP, TIFF or WebP file as 8-bit RGB.
 
     The format is recognised by the content, not by the name. The picture is turned by its EXIF orientation (a
-    TIFF by its tag), unless EXIF is not readable. Of several pages or animation frames the first is read. If
-    the caller's filters turn Pillow's warnings of damaged metadata into errors, the file is refused.
+    TIFF by its tag), unless EXIF is not readable. Of several pages or animation frames the first is read, and
+    a `PictureWarning` says so. If the caller's filters turn warnings into errors, the file is refused.
     Gray, 16-bit and transparent pictures are converted as `as_rgb` does; color profiles are not applied.
+    Where a file of 16 bits states that fewer are used (sBIT of a PNG, the largest value of a TIFF) and no
+    value is larger than they allow, its values are scaled to 16 bits first.
     CMYK values of a JPEG are interpreted as Adobe's programs store them, with 255 for no ink.
 
     Parameters
@@ -44,10 +48,17 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
     ImageError
         Missing, a directory, empty, of another format, truncated (a JPEG without its end marker, a PNG
         without IEND), damaged (a wrong checksum in a PNG or in a TIFF with Deflate), with a side under
-        `MIN_SIDE` or more than `MAX_PIXELS` pixels (by its header, before any pixel is decoded),
-        pixels that are signed, floating-point or of more than 16 bits, or a TIFF with samples that are
-        neither color nor unassociated alpha. JPEG, BMP, WebP and other TIFFs have no checksum: damaged
-        bytes inside a complete file cannot be detected.
+        `MIN_SIDE` or more than `MAX_PIXELS` pixels (by its header, before any pixel is decoded), transparent
+        everywhere, a form that decoders take differently, or pixels that are signed, floating-point or of
+        more than 16 bits. JPEG, BMP, WebP and other TIFFs have no checksum: damaged bytes inside a complete
+        file cannot be detected.
+
+    Notes
+    -----
+    PNG: every form of the specification. JPEG: 8 bits; gray, color, CMYK with Adobe's marker. BMP: 1, 4, 8
+    (also in runs that fill the picture), 16, 24 and 32 bits, with the usual masks. TIFF: gray, RGB, palette
+    and YCbCr, unassociated alpha, strips and tiles, uncompressed or by LZW, Deflate, PackBits, JPEG or
+    Zstandard; not facsimile codes, whose damage would not be seen, CMYK or CIELab. WebP: all.
     """
     name = f"picture {os.fspath(path)}"
     data = _read_bytes(Path(path), name)
@@ -57,7 +68,8 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
 def as_rgb(array: object, name: str) -> Picture:
     """Convert an array of pixels to 8-bit RGB, exactly.
 
-    * 16 bits to 8: ``v >> 8``, so that ``x * 256`` and ``x * 257`` both give back ``x``.
+    * 16 bits to 8: ``v >> 8``, so that ``x * 256`` and ``x * 257`` both give back ``x``. Where the brightest
+      value is below a quarter of white, a `PictureWarning` says so: the values may be of 10, 12 or 14 bits.
     * Gray: R = G = B = gray.
     * Alpha: composited on black, ``(c * a + 127) // 255``, after the reduction to 8 bits.
 
@@ -76,11 +88,15 @@ def as_rgb(array: object, name: str) -> Picture:
     Raises
     ------
     ImageError
-        Not an array, another type of number (floats are refused, because their local binary patterns
-        differ from those of 8-bit values), another shape, or a size out of range (see `read_image`).
+        Not an array, masked pixels, another type of number (floats are refused, because their local binary
+        patterns differ from those of 8-bit values), another shape, or a size out of range (see `read_image`).
     """
     if not isinstance(array, np.ndarray):
         raise ImageError(name, value=type(array).__name__, must="must be a NumPy array of uint8 or uint16")
+    if isinstance(array, np.ma.MaskedArray) and np.ma.is_masked(array):
+        hidden = f"a mask that hides {int(np.ma.getmaskarray(array).sum())} values"
+        remedy = "Fill the masked pixels, for example with black."
+        raise ImageError(name, value=hidden, must="must not be masked", remedy=remedy)
     pixels: NDArray[Any] = np.asarray(array)
     if pixels.dtype.kind != "u" or pixels.dtype.itemsize > 2:
         raise ImageError(
@@ -98,6 +114,7 @@ def as_rgb(array: object, name: str) -> Picture:
     height, width, channels = pixels.shape
     check_size(height, width, name)
     if pixels.dtype.itemsize == 2:
+        _warn_of_dark(pixels, name)
         pixels = np.right_shift(pixels, 8, out=np.empty(pixels.shape, dtype=np.uint8), casting="unsafe")
     rgb = np.empty((height, width, 3), dtype=np.uint8)
     if channels == 4:
@@ -106,6 +123,19 @@ def as_rgb(array: object, name: str) -> Picture:
         rgb[...] = pixels
     rgb.flags.writeable = False
     return rgb
+
+
+def _warn_of_dark(deep: NDArray[Any], name: str) -> None:
+    """Say that 16-bit values may be meant to be of fewer bits: a dark picture cannot be told from one."""
+    bits = int(deep.max()).bit_length()
+    if 0 < bits <= 14:
+        said = (
+            f"{name}: no value of 16 bits is larger than {deep.max()}, so that it is read as a dark picture"
+        )
+        remedy = (
+            f"if its values are of fewer bits, scale them first, for example by {2 ** (16 - max(bits, 10))}"
+        )
+        warnings.warn(f"{said}; {remedy}", PictureWarning, stacklevel=3)
 
 
 def to_gray(image: Picture) -> GrayPicture:

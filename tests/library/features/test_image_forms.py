@@ -1,91 +1,42 @@
 """Forms of picture files: each is read to the pixels that were written, or refused; OpenCV decodes too."""
 
-import io
 import struct
 import warnings
 import zlib
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from picture_files import (
+    DEEP,
+    DEEP_RGB,
+    DEEP_RGBA,
+    GRAY,
+    HEIGHT,
+    MASKS,
+    RGB,
+    RGBA,
+    SMOOTH,
+    WIDTH,
+    bmp,
+    by_opencv,
+    by_pillow,
+    check,
+    chunk,
+    outcome,
+    packed,
+    png,
+    read,
+    refusal,
+    scaled,
+    tiff,
+)
 from PIL import Image, ImageFile, PngImagePlugin
 
-from convexperc.errors import ImageError
-from convexperc.features.pictures import as_rgb, read_image
-
-HEIGHT, WIDTH = 24, 33
-DRAW = np.random.default_rng(5)
-GRAY = DRAW.integers(0, 256, (HEIGHT, WIDTH), np.uint8)
-RGB = DRAW.integers(0, 256, (HEIGHT, WIDTH, 3), np.uint8)
-RGBA = DRAW.integers(0, 256, (HEIGHT, WIDTH, 4), np.uint8)
-DEEP = DRAW.integers(0, 2**16, (HEIGHT, WIDTH), np.uint16)
-DEEP_RGB = DRAW.integers(0, 2**16, (HEIGHT, WIDTH, 3), np.uint16)
-DEEP_RGBA = DRAW.integers(0, 2**16, (HEIGHT, WIDTH, 4), np.uint16)
-ROWS, COLUMNS = np.mgrid[:HEIGHT, :WIDTH]
-SMOOTH = np.stack([ROWS * 10, COLUMNS * 7, ROWS * 5 + COLUMNS * 3], axis=2).astype(np.uint8)
-
-
-def read(folder, data):
-    path = Path(folder) / "picture.bin"
-    path.write_bytes(data)
-    return read_image(path)
-
-
-def refusal(folder, data):
-    with pytest.raises(ImageError) as caught:
-        read(folder, data)
-    return str(caught.value)
-
-
-def outcome(folder, data):
-    """The pixels, or None for a refusal."""
-    try:
-        return read(folder, data)
-    except ImageError:
-        return None
-
-
-def check(folder, data, expected, what):
-    found = read(folder, data)
-    if expected.ndim == 2:
-        expected = np.repeat(expected[..., np.newaxis], 3, axis=2)
-    assert np.array_equal(found, expected), (what, found[:2].tolist(), expected[:2].tolist())
-
-
-def packed(levels, bits):
-    """Rows of 1, 2, 4 or 8 bits a pixel, each filled up to a byte."""
-    spread = (levels[..., np.newaxis] >> np.arange(bits)[::-1]) & 1
-    return np.packbits(spread.reshape(len(levels), -1).astype(np.uint8), axis=1)
-
-
-def scaled(levels, bits):
-    return (levels.astype(int) * 255 // (2**bits - 1)).astype(np.uint8)
-
-
-def by_opencv(data, flags=cv2.IMREAD_COLOR_RGB):
-    return cv2.imdecode(np.frombuffer(data, np.uint8), flags)
-
-
-def by_pillow(pixels, kind, **options):
-    stream = io.BytesIO()
-    picture = pixels if isinstance(pixels, Image.Image) else Image.fromarray(pixels)
-    picture.save(stream, kind, **options)
-    return stream.getvalue()
-
+from convexperc.errors import PictureWarning
+from convexperc.features.pictures import as_rgb
 
 # PNG -----------------------------------------------------------------------------------------------------
-
-
-def chunk(kind, body):
-    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
-
-
-def png(rows, bits, color, before=b"", after=b"", interlace=0):
-    header = chunk(b"IHDR", struct.pack(">IIBBBBB", WIDTH, HEIGHT, bits, color, 0, 0, interlace))
-    raw = rows if isinstance(rows, bytes) else b"".join(b"\0" + row.tobytes() for row in rows)
-    body = before + chunk(b"IDAT", zlib.compress(raw)) + after + chunk(b"IEND", b"")
-    return b"\x89PNG\r\n\x1a\n" + header + body
 
 
 def interlaced(pixels):
@@ -139,6 +90,8 @@ def test_png_color_and_alpha_of_both_depths_with_one_transparent_color_and_inter
         check(tmp_path, png(stored, bits, color, before), meant, what)
         check(tmp_path, png(interlaced(stored), bits, color, before, interlace=1), meant, what)
         dark = np.zeros_like(stored)
+        if color in (4, 6):
+            dark[..., -1] = 2**bits - 1
         check(tmp_path, png(dark, bits, color), np.zeros_like(GRAY), what)
         for picture in (stored, dark):
             for raw in (picture[:-1], interlaced(picture)[: -picture[0].nbytes - 1]):
@@ -167,27 +120,18 @@ def test_png_chunks_that_state_no_pixels_do_no_harm(tmp_path, extra):
 
 
 @pytest.mark.parametrize("default", [False, True])
-def test_the_first_frame_of_an_animated_png_or_webp_is_read(tmp_path, default):
+def test_of_several_pictures_in_a_file_the_first_is_read_and_that_is_said(tmp_path, default):
     more = {"save_all": True, "append_images": [Image.fromarray(255 - RGB)]}
-    check(tmp_path, by_pillow(RGB, "PNG", default_image=default, **more), RGB, "PNG")
-    check(tmp_path, by_pillow(RGB, "WEBP", lossless=True, **more), RGB, "WebP")
+    for data in (
+        by_pillow(RGB, "PNG", default_image=default, **more),
+        by_pillow(RGB, "WEBP", lossless=True, **more),
+        by_pillow(RGB, "TIFF", **more),
+    ):
+        with pytest.warns(PictureWarning, match=r"picture\.bin holds several pictures; the first is read"):
+            check(tmp_path, data, RGB, data[:4])
 
 
 # BMP -----------------------------------------------------------------------------------------------------
-
-MASKS = {3: (0xFF0000, 0xFF00, 0xFF), 4: (0xFF0000, 0xFF00, 0xFF, 0xFF000000)}
-
-
-def bmp(rows, bits, header=40, method=0, masks=(), palette=b"", colors=0, height=HEIGHT):
-    """`rows` from top to bottom."""
-    body = b"".join(row.tobytes() + b"\0" * (-row.nbytes % 4) for row in rows[::-1])
-    if header == 12:
-        info = struct.pack("<IHHHH", 12, WIDTH, height, 1, bits)
-    else:
-        info = struct.pack("<IiiHHIIiiII", header, WIDTH, height, 1, bits, method, len(body), 0, 0, colors, 0)
-        info = (info + struct.pack(f"<{len(masks)}I", *masks)).ljust(header, b"\0")
-    start = 14 + len(info) + len(palette)
-    return b"BM" + struct.pack("<IHHI", start + len(body), 0, 0, start) + info + palette + body
 
 
 @pytest.mark.parametrize("fourth", [0, 255, None])
@@ -201,8 +145,11 @@ def test_bmp_of_32_bits_has_alpha_only_if_a_mask_says_so(tmp_path, header, fourt
     swapped = bmp(stored[..., [3, 0, 1, 2]], 32, header, 3, (0xFF000000, 0xFF0000, 0xFF00))
     check(tmp_path, swapped, RGB, "the unused byte first")
     if header > 52:
-        expected = as_rgb(np.dstack([RGB, last]), "alpha")
-        check(tmp_path, bmp(stored, 32, header, 3, MASKS[4]), expected, "a mask of alpha")
+        data = bmp(stored, 32, header, 3, MASKS[4])
+        if fourth == 0:
+            assert "transparent everywhere" in refusal(tmp_path, data)
+        else:
+            check(tmp_path, data, as_rgb(np.dstack([RGB, last]), "alpha"), "a mask of alpha")
     assert "masks" in refusal(tmp_path, bmp(stored, 32, header, 3, (0, 0, 0)))
     assert "bitfields" in refusal(tmp_path, bmp(stored, 32, header, 3, (0xFF, 0xFF00, 0xFF0000)))
 
@@ -241,33 +188,6 @@ def test_a_bmp_cut_anywhere_is_refused_also_in_the_padding_of_its_last_row(tmp_p
 
 
 # TIFF ----------------------------------------------------------------------------------------------------
-
-
-def tiff(strips, bits, photometric, order="<", method=1, dropped=(), **tags):
-    """A TIFF of these strips; a tag by its number as `tNUMBER`."""
-    body = b"".join(strips)
-    starts = [8 + sum(map(len, strips[:number])) for number in range(len(strips))]
-    sizes = [len(strip) for strip in strips]
-    entries = {256: [WIDTH], 257: [HEIGHT], 258: bits, 259: [method], 262: [photometric]}
-    entries |= {273: starts, 277: [len(bits)], 278: [HEIGHT], 279: sizes}
-    entries |= {int(name[1:]): value for name, value in tags.items()}
-    entries = {tag: value for tag, value in entries.items() if tag not in dropped}
-    directory = b"\0" * (len(body) % 2)
-    start = 8 + len(body) + len(directory)
-    heap = start + 2 + 12 * len(entries) + 4
-    directory += struct.pack(order + "H", len(entries))
-    tail = b""
-    for tag, values in sorted(entries.items()):
-        kind = "I" if tag in (273, 279, 324, 325) else "H"
-        packed_values = struct.pack(f"{order}{len(values)}{kind}", *values)
-        directory += struct.pack(order + "HHI", tag, 4 if kind == "I" else 3, len(values))
-        if len(packed_values) <= 4:
-            directory += packed_values.ljust(4, b"\0")
-        else:
-            directory += struct.pack(order + "I", heap + len(tail))
-            tail += packed_values
-    mark = b"II*\0" if order == "<" else b"MM\0*"
-    return mark + struct.pack(order + "I", start) + body + directory + b"\0\0\0\0" + tail
 
 
 METHODS = {1: bytes, 8: zlib.compress, 32946: zlib.compress}
@@ -328,10 +248,7 @@ def test_tiff_in_strips_tiles_and_planes(tmp_path, order, method):
     assert outcome(tmp_path, tiff(planes[:2], [8] * 3, 2, order, method, t284=[2])) is None
     deep = DEEP_RGB.astype(order + "u2")
     data = tiff([code(deep[..., c].tobytes()) for c in range(3)], [16] * 3, 2, order, method, t284=[2])
-    if method == 1:
-        assert "apart" in refusal(tmp_path, data)
-    else:
-        check(tmp_path, data, DEEP_RGB >> 8, "planes of 16 bits")
+    assert "apart" in refusal(tmp_path, data)
     data = tiff([code(DEEP.astype(order + "u2").tobytes())], [16], 1, order, method, t284=[2])
     check(tmp_path, data, DEEP >> 8, "one plane of 16 bits")
     assert "planar 0" in refusal(tmp_path, tiff(strips, [8] * 3, 2, order, method, t278=[5], t284=[0]))
@@ -340,6 +257,8 @@ def test_tiff_in_strips_tiles_and_planes(tmp_path, order, method):
 @pytest.mark.parametrize("method", ["raw", "tiff_lzw", "tiff_adobe_deflate", "packbits", "jpeg"])
 def test_both_decoders_agree_on_tiffs(tmp_path, method):
     for picture in (Image.fromarray(GRAY), Image.fromarray(RGB), Image.fromarray(RGB).convert("YCbCr")):
+        if picture.mode == "YCbCr" and method in ("tiff_lzw", "packbits"):
+            continue  # refused
         data = by_pillow(picture, "TIFF", compression=method)
         assert np.array_equal(read(tmp_path, data), by_opencv(data)), (method, picture.mode)
     if method != "jpeg":
