@@ -71,13 +71,14 @@ FOLDER = "a folder"
 
 
 def _why_not_a_picture(entry: Path) -> str:
-    """Why an entry is not read as a picture; empty for one, and for a link that should lead to one."""
+    """Why an entry is not read as a picture; empty for one, and for what is named like one but unreadable."""
     try:
         mode = entry.stat().st_mode
-    except FileNotFoundError:
-        return "a link to nothing" if _reason(entry.suffix.lower()) else ""
     except OSError as problem:
-        return problem.strerror or "not readable"
+        if not _reason(entry.suffix.lower()):
+            return ""  # reading it will fail, and say why
+        missing = isinstance(problem, FileNotFoundError)
+        return "a link to nothing" if missing else problem.strerror or "not readable"
     if not stat.S_ISREG(mode):
         return FOLDER if stat.S_ISDIR(mode) else "not a file"
     return _reason(entry.suffix.lower())

@@ -21,6 +21,9 @@ Pictures = list[UInt8[np.ndarray, "_ _ 3"]]
 """Each has its own size."""
 GrayPicture = UInt8[np.ndarray, "h w"]
 
+FLAT_RANGE = 4
+"""Levels of 255 by which a picture may vary and still be of one color: noise of a sensor in the dark."""
+
 
 def read_image(path: str | os.PathLike[str]) -> Picture:
     """Read a PNG, JPEG, BMP, TIFF or WebP file as 8-bit RGB.
@@ -105,22 +108,14 @@ def as_rgb(array: object, name: str) -> Picture:
             must="must hold uint8 or uint16",
             remedy="Scale to 0..255, round and convert to uint8: texture features of floats would differ.",
         )
-    if pixels.ndim == 2:
-        pixels = pixels[..., np.newaxis]
-    if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4):
+    if not (pixels.ndim == 2 or (pixels.ndim == 3 and pixels.shape[2] in (1, 3, 4))):
         raise ImageError(
             name, value=array.shape, must="must have the shape (h, w), (h, w, 1), (h, w, 3) or (h, w, 4)"
         )
-    height, width, channels = pixels.shape
-    check_size(height, width, name)
+    check_size(pixels.shape[0], pixels.shape[1], name)
     if pixels.dtype.itemsize == 2:
         _warn_of_dark(pixels, name)
-        pixels = np.right_shift(pixels, 8, out=np.empty(pixels.shape, dtype=np.uint8), casting="unsafe")
-    rgb = np.empty((height, width, 3), dtype=np.uint8)
-    if channels == 4:
-        _composite(pixels, rgb)
-    else:
-        rgb[...] = pixels
+    rgb = _as_rgb(pixels)
     rgb.flags.writeable = False
     return rgb
 
@@ -129,13 +124,36 @@ def _warn_of_dark(deep: NDArray[Any], name: str) -> None:
     """Say that 16-bit values may be meant to be of fewer bits: a dark picture cannot be told from one."""
     bits = int(deep.max()).bit_length()
     if 0 < bits <= 14:
-        said = (
-            f"{name}: no value of 16 bits is larger than {deep.max()}, so that it is read as a dark picture"
-        )
-        remedy = (
-            f"if its values are of fewer bits, scale them first, for example by {2 ** (16 - max(bits, 10))}"
-        )
-        warnings.warn(f"{said}; {remedy}", PictureWarning, stacklevel=3)
+        said = f"no value of 16 bits is larger than {deep.max()}, so that it is read as a dark picture"
+        remedy = f"if its values are of fewer bits, multiply them first, by {2 ** (16 - max(bits, 10))} or so"
+        warnings.warn(f"{name}: {said}; {remedy}", PictureWarning, stacklevel=3)
+
+
+def _as_rgb(pixels: NDArray[Any]) -> Picture:
+    """Convert checked pixels; see `as_rgb`."""
+    if pixels.ndim == 2:
+        pixels = pixels[..., np.newaxis]
+    if pixels.dtype.itemsize == 2:
+        pixels = np.right_shift(pixels, 8, out=np.empty(pixels.shape, dtype=np.uint8), casting="unsafe")
+    rgb = np.empty((*pixels.shape[:2], 3), dtype=np.uint8)
+    if pixels.shape[2] == 4:
+        _composite(pixels, rgb)
+    else:
+        rgb[...] = pixels
+    return rgb
+
+
+def is_flat(pixels: NDArray[Any]) -> bool:
+    """Whether a picture shows nothing: red, green and blue each vary by at most `FLAT_RANGE` of 255.
+
+    Parameters
+    ----------
+    pixels : ndarray of uint8 or uint16
+        A picture that `as_rgb` accepts.
+    """
+    whole = np.asarray(pixels)
+    parts = (whole[:1], whole)  # the first row decides of most pictures
+    return all((np.ptp(_as_rgb(part), axis=(0, 1)) <= FLAT_RANGE).all() for part in parts)
 
 
 def to_gray(image: Picture) -> GrayPicture:

@@ -1,11 +1,13 @@
 """What a folder of pictures holds, and what of it is left out."""
 
 import os
+import socket
 
 import pytest
 
 from convexperc.errors import ImageError
 from convexperc.features.folders import Folder
+from convexperc.features.pictures import read_image
 
 
 def test_every_entry_is_a_picture_a_folder_or_left_out_with_its_reason(tmp_path):
@@ -28,9 +30,19 @@ def test_every_entry_is_a_picture_a_folder_or_left_out_with_its_reason(tmp_path)
     }
 
 
-def test_a_link_to_nothing_named_like_a_picture_is_one_so_that_reading_it_fails(tmp_path):
-    (tmp_path / "cup.png").symlink_to(tmp_path / "missing.png")
+@pytest.mark.parametrize("target", ["missing.png", "cup.png"])
+def test_a_link_to_nothing_or_itself_named_like_a_picture_is_one_so_that_reading_it_fails(tmp_path, target):
+    (tmp_path / "cup.png").symlink_to(tmp_path / target)
     assert [path.name for path in Folder.of(tmp_path).pictures] == ["cup.png"]
+    with pytest.raises(ImageError, match=r"cup\.png must be a readable file"):
+        read_image(tmp_path / "cup.png")
+
+
+def test_a_socket_and_a_link_to_itself_are_left_out(tmp_path):
+    with socket.socket(socket.AF_UNIX) as door:
+        door.bind(os.fspath(tmp_path / "door.png"))
+        (tmp_path / "loop").symlink_to(tmp_path / "loop")
+        assert [name for name, _ in Folder.of(tmp_path).others] == ["door.png", "loop"]
 
 
 @pytest.mark.parametrize("name", ["missing", "file"])

@@ -13,7 +13,7 @@ from PIL import ImageFile
 from PIL.WebPImagePlugin import WebPImageFile
 
 from convexperc.errors import ImageError
-from convexperc.features.pictures import as_rgb, list_images, read_image, resize, to_gray
+from convexperc.features.pictures import as_rgb, is_flat, list_images, read_image, resize, to_gray
 from convexperc.features.sizes import MAX_PIXELS, MIN_SIDE
 
 SIDES = st.integers(MIN_SIDE, 24)
@@ -375,6 +375,56 @@ def test_arrays_that_are_no_picture_are_refused(array, part):
         as_rgb(array, "view of robot 3")
     assert "view of robot 3" in str(caught.value), str(caught.value)
     assert part in str(caught.value), (part, str(caught.value))
+
+
+def test_masked_pixels_are_refused_naming_the_mask():
+    masked = np.ma.masked_array(scene(), mask=False)
+    assert np.array_equal(as_rgb(masked, "view"), scene())
+    masked[3, 4, 1] = np.ma.masked
+    with pytest.raises(ImageError, match="view 7 must not be masked; got 'a mask that hides 1 values'"):
+        as_rgb(masked, "view 7")
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_pixels_of_any_layout_are_the_same(order):
+    deep = scene().astype(np.uint16) * 257
+    forms = [
+        deep.astype(order + "u2"),
+        np.asfortranarray(deep),
+        np.ascontiguousarray(deep[::-1, ::-1])[::-1, ::-1],
+        np.repeat(deep, 2, axis=1)[:, ::2],
+        deep.view(type("Marked", (np.ndarray,), {})),
+        np.ndarray(deep.shape, "u2", buffer=b"\0" + deep.tobytes(), offset=1),
+    ]
+    for pixels in forms:
+        assert np.array_equal(as_rgb(pixels, "view"), scene()), pixels.strides
+    assert np.array_equal(as_rgb(scene()[..., 0].view(np.matrix), "view")[..., 1], scene()[..., 0])
+    with pytest.raises(ImageError, match="must hold uint8 or uint16"):
+        as_rgb(np.zeros((9, 9), [("red", "u1")]), "view")
+    with pytest.raises(ImageError, match="must hold uint8 or uint16"):
+        as_rgb(scene().astype(object), "view")
+
+
+@pytest.mark.parametrize("shape", [(9, 9), (9, 9, 3)])
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+def test_a_picture_of_one_color_is_flat_also_with_the_noise_of_a_sensor(shape, kind):
+    unit = 1 if kind == np.uint8 else 256
+    noise = np.random.default_rng(0).integers(0, 5, shape)
+    for pixels in (noise, 251 + noise, 0 * noise, 255 + 0 * noise):
+        assert is_flat((pixels * unit).astype(kind)), pixels[0]
+    for place in ((0, 4), (8, 8)):
+        marked = noise.copy()
+        marked[(*place, 1)[: noise.ndim]] = 9
+        assert not is_flat((marked * unit).astype(kind)), place
+    gradient = np.zeros(shape)
+    gradient[-1] = 5
+    assert not is_flat((gradient * unit).astype(kind))
+    assert is_flat(np.full((9, 9), 70, kind).view(np.matrix))
+    hidden = np.zeros((9, 9, 4), kind)
+    hidden[..., :3] = scene()[:9, :9]
+    assert is_flat(hidden)
+    hidden[..., 3] = np.iinfo(kind).max
+    assert is_flat(hidden) == (kind == np.uint16), "an 8-bit scene is black in 16 bits"
 
 
 def test_an_array_is_copied_and_frozen():
