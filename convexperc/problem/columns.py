@@ -154,7 +154,7 @@ def _references(name: str, value: Any) -> list[tuple[str, FeatureVector]]:
         return [(each, real_array(row, f"reference {each!r}", 1)) for each, row in parts]
     try:
         several = np.ndim(value) == 2
-    except ValueError:  # rows of different lengths
+    except (ValueError, UserWarning):  # rows of different lengths; a masked entry, if warnings are errors
         several = True
     if not several:
         return [(name, real_array(value, f"reference {name!r}", 1))]
