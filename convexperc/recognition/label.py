@@ -30,6 +30,9 @@ NORM_FACTOR = 1.1
 """Templates whose norms differ by more than this factor are warned about: F* <= ||o||^2, so a short template
 wins by its length."""
 
+_FIRST = 256
+"""Features that are looked at first for one that is not 0."""
+
 
 class Options(TypedDict, total=False):
     """How a recognition is made; each may be left out.
@@ -256,7 +259,10 @@ def decided_by(found: Recognition, decision: Decision | str, *, seconds: float =
     """
     budget = Budget(seconds)
     with np.errstate(all="ignore"):
-        return _narrowed(decide(found.answers, found.names, found.views, Decision.of(decision)), budget)
+        own = decide(found.answers, found.names, found.views, found.decision).warnings
+        other = _narrowed(decide(found.answers, found.names, found.views, Decision.of(decision)), budget)
+    of_pictures = tuple(each for each in found.warnings if each not in own)
+    return replace(other, warnings=other.warnings + of_pictures) if of_pictures else other
 
 
 def _robots(given: Sequence[str] | None, n: int) -> tuple[str, ...]:
@@ -311,6 +317,7 @@ def decide(
     warnings: tuple[str, ...] = (broken,) if broken else ()
     if decision is Decision.OBJECTIVE and not broken:
         warnings = _norm_warning(answers, names)
+    warnings += _zero_warning(answers, views)
 
     def verdict(kind: Verdict, reason: str) -> Recognition:
         label = candidates[0] if kind is Verdict.PROVED else None
@@ -346,6 +353,15 @@ def _all_zero(answers: Answers) -> bool:
     if not proved[sound].all():
         return False
     return all(zero_is_optimal(answers.problem(int(j))) for j in (~sound).nonzero()[0])
+
+
+def _zero_warning(answers: Answers, views: tuple[str, ...]) -> tuple[str, ...]:
+    """Name the robots whose features are all 0."""
+    X = answers.data.views.X
+    if X[:, :_FIRST].any(axis=1).all():
+        return ()  # the usual case, without a pass over the data
+    silent = [views[i] for i in np.flatnonzero(~X.any(axis=1)).tolist()]
+    return (f"all features are 0 of {', '.join(silent)}: such a view shows nothing",) if silent else ()
 
 
 def _norm_warning(answers: Answers, names: tuple[str, ...]) -> tuple[str, ...]:

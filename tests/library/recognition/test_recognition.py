@@ -50,7 +50,7 @@ def test_the_label_of_separated_templates_is_proved():
     best = found.template()
     assert best.name == "car"
     assert all(best.interval[1] < t.interval[0] for t in found.templates if t.name != "car"), found.templates
-    assert found.warnings == ()
+    assert found.warnings == ("all features are 0 of robot 3: such a view shows nothing",)
 
 
 def test_a_template_orthogonal_to_every_view_keeps_its_whole_norm():
@@ -157,7 +157,7 @@ def test_a_negative_weight_ranks_by_its_size():
     ("factor", "warned"), [(1.0, False), (1.09, False), (1.11, True), (100.0, True), (0.0, True)]
 )
 def test_templates_of_unequal_norm_are_warned_about(factor, warned):
-    found = recognize(VIEWS, {"car": CAR, "long": factor * CAR}, **LAMBDAS)
+    found = recognize(VIEWS[:2], {"car": CAR, "long": factor * CAR}, **LAMBDAS)
     assert bool(found.warnings) == warned, found.warnings
     assert not warned or ("car" in found.warnings[0] and "long" in found.warnings[0]), found.warnings
 
@@ -165,7 +165,7 @@ def test_templates_of_unequal_norm_are_warned_about(factor, warned):
 @pytest.mark.parametrize("scale", [1e-170, 1e-100, 1e100, 1e170])
 def test_the_warning_does_not_depend_on_the_scale(scale):
     settings = {"lambda1": 0.5, "lambda2": 0.1 * scale, "lambda3": 0.1 * scale}
-    found = recognize(VIEWS, {"car": scale * CAR, "long": 2 * scale * CAR}, **settings)
+    found = recognize(VIEWS[:2], {"car": scale * CAR, "long": 2 * scale * CAR}, **settings)
     assert len(found.warnings) == 1, found.warnings
 
 
