@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Unpack
 
@@ -13,7 +13,7 @@ from convexperc.errors import FileFormatError, ImageError, InputError, TemplateN
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.extraction import extract
 from convexperc.features.folders import Folder
-from convexperc.features.pictures import Picture, list_images, read_image
+from convexperc.features.pictures import Picture, is_flat, list_images, read_image
 from convexperc.features.recent import RecentFeatures
 from convexperc.files import placed
 from convexperc.problem.column_files import open_columns
@@ -180,20 +180,52 @@ def read_scenes(folder: str | os.PathLike[str]) -> Iterator[tuple[str, NamedPict
         yield name, read_pictures(scene)
 
 
-def left_out(folder: str | os.PathLike[str], *, references: bool = False) -> tuple[str, ...]:
-    """Name each entry of a folder that `read_pictures`, or `read_references`, leaves out, and say why."""
+def left_out(
+    folder: str | os.PathLike[str], *, references: bool = False, scenes: bool = False
+) -> tuple[str, ...]:
+    """Name each entry of a folder that is not read, and say why; hidden ones are not named.
+
+    Parameters
+    ----------
+    folder : path-like
+    references, scenes : bool
+        By which function it is read: `read_references`, `read_scenes`, or, without, `read_pictures`.
+
+    Raises
+    ------
+    ImageError
+        A folder cannot be read.
+    """
     found = Folder.of(folder)
     said = [f"{name} ({reason})" for name, reason in found.others]
+    if scenes:
+        said += [f"{each.name} (a picture outside of a scene)" for each in found.pictures]
     for path in found.folders:
-        if not references:
+        if references:
+            said += _left_out_of_object(Folder.of(path))
+        elif scenes:
+            said += _left_out_of_scenes(Folder.of(path))
+        else:
             said.append(f"{path.name} (a folder)")
-            continue
-        inner = Folder.of(path)
-        said += [f"{path.name}/{name} ({reason})" for name, reason in inner.others]
-        said += [f"{path.name}/{each.name} (a folder)" for each in inner.folders]
-        if not inner.pictures:
-            said.append(f"{path.name} (a folder without a picture)")
     return tuple(said)
+
+
+def _left_out_of_object(inner: Folder) -> list[str]:
+    """What is not read of the folder of one object's references."""
+    name = inner.path.name
+    said = [f"{name}/{entry} ({reason})" for entry, reason in inner.others]
+    said += [f"{name}/{each.name} (a folder)" for each in inner.folders]
+    return said if inner.pictures else [*said, f"{name} (a folder without a picture)"]
+
+
+def _left_out_of_scenes(inner: Folder) -> list[str]:
+    """What is not read of the folder of one object's scenes."""
+    name = inner.path.name
+    said = [f"{name}/{entry} ({reason})" for entry, reason in inner.others]
+    said += [f"{name}/{each.name} (a picture outside of a scene)" for each in inner.pictures]
+    for scene in inner.folders:
+        said += [f"{name}/{scene.name}/{each}" for each in left_out(scene)]
+    return said if inner.folders else [*said, f"{name} (a folder without a scene)"]
 
 
 def _by_stem(paths: Iterable[Path]) -> dict[str, Path]:
@@ -235,6 +267,8 @@ def perceive(
     Returns
     -------
     Recognition
+        Its `warnings` name the views that show nothing: whose red, green and blue each vary by at most
+        `FLAT_RANGE` of 255.
 
     Raises
     ------
@@ -243,7 +277,7 @@ def perceive(
     ProblemError, DecisionError, ToleranceError, StartError, SolverError
         See `recognize`.
     """
-    return recognize(
+    found = recognize(
         extract(views.values(), references.configuration, recent=references.recent),
         references.library,
         lambda1=lambda1,
@@ -253,3 +287,8 @@ def perceive(
         start=start,
         **options,
     )
+    flat = [name for name, view in views.items() if is_flat(view)]
+    if not flat:
+        return found
+    said = f"of one color are the views of {', '.join(flat)}: they show nothing"
+    return replace(found, warnings=(*found.warnings, said))

@@ -8,8 +8,9 @@ import pytest
 
 from convexperc.errors import ConvexpercError, FeatureError, ImageError, InputError
 from convexperc.features import FeatureConfiguration, extract
+from convexperc.recognition import decided_by, recognize
 from convexperc.recognition.recognition import Verdict
-from convexperc.recognition.references import References, perceive, read_pictures
+from convexperc.recognition.references import References, left_out, perceive, read_pictures
 from convexperc.recognition.sample import sample_names, sample_scene
 
 QUICK = FeatureConfiguration(
@@ -71,6 +72,42 @@ def test_one_view_is_enough_and_no_view_is_not():
     assert perceive({"only": picture("disc", 2)}, references, **LAMBDAS).label == "disc"
     with pytest.raises(FeatureError, match="at least one picture"):
         perceive({}, references, **LAMBDAS)
+
+
+def test_views_of_one_color_are_named_in_a_warning_also_under_another_decision():
+    references = References.of(KNOWN, QUICK)
+    black, white = np.zeros((40, 40, 3), np.uint8), np.full((40, 40), 255, np.uint8)
+    views = {"ann": picture("disc", 2), "bob": black, "cid": picture("disc", 3), "dan": white}
+    found = perceive(views, references, **LAMBDAS, prune=False)
+    said = [each for each in found.warnings if "of one color are the views of bob, dan:" in each]
+    assert len(said) == 1, found.warnings
+    assert said[0] in decided_by(found, "explained fraction").warnings
+    alone = perceive({"ann": views["ann"]}, references, **LAMBDAS)
+    assert not [each for each in alone.warnings if "color" in each]
+
+
+def test_robots_without_features_are_named_in_a_warning():
+    X = np.vstack([np.zeros((2, 600)), np.ones(600)])
+    X[1, 599] = 1e-300
+    objects = {"a": np.ones(600), "b": np.r_[np.ones(599), 2.0]}
+    found = recognize(X, objects, views=("ann", "bob", "cid"), **LAMBDAS)
+    assert "all features are 0 of ann: such a view shows nothing" in found.warnings
+
+
+def test_what_a_folder_of_scenes_leaves_out_is_named(tmp_path):
+    for place in ("cup/one/a.png", "cup/one/b.gif", "cup/loose.png", "top.jpg", "cup/one/more/c.png"):
+        (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / place).write_bytes(b"x")
+    (tmp_path / "box").mkdir()
+    (tmp_path / "notes.txt").write_text("x")
+    assert set(left_out(tmp_path, scenes=True)) == {
+        "notes.txt (no picture by its name)",
+        "top.jpg (a picture outside of a scene)",
+        "box (a folder without a scene)",
+        "cup/loose.png (a picture outside of a scene)",
+        "cup/one/b.gif (GIF is not read; convert it to PNG)",
+        "cup/one/more (a folder)",
+    }
 
 
 def test_one_reference_is_refused():
