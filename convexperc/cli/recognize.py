@@ -84,6 +84,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         raise typer.BadParameter("give --references and --views, or --sample (and optionally --scene)")
     if (references is None) != (views is None):
         raise typer.BadParameter("--references and --views go together")
+    _say_left_out(references=references, views=views)
     with working("working"):
         kind = None if figure is None else report.picture_kind(figure)
         read = {
@@ -92,7 +93,6 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         }  # fmt: skip
         check_outputs({"--json": json, "--picture": figure}, read, {"--references": 1})
         heading, prepared, seen = _asked(references, views, scene, configuration)
-        omitted = _left_out(references, views)
         found = recognition.perceive(
             seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
             decision=decide.value.replace("-", " "), seconds=seconds,
@@ -104,8 +104,6 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         if figure is not None and kind is not None:
             content[figure] = report.recognition_picture(found, seen, kind, judged)
     write(content)
-    for line in omitted:
-        typer.echo(escaped(line), err=True)
     tables = report.tables
     out = tables.console()
     out.print(escaped(heading))
@@ -132,13 +130,12 @@ def library(
     ] = None,
 ) -> bool:
     """Run ``convexperc library``."""
+    _say_left_out(references=references)
     with working("describing"):
         check_outputs({"--out": out}, {"DIR": references, "--configuration": configuration}, {"DIR": 1})
         pictures = recognition.read_references(references)
         known = recognition.References.of(pictures, _configuration(configuration))
         known.save(out)
-    for line in _left_out(references, None):
-        typer.echo(escaped(line), err=True)
     count, place = len(known.names), escaped(os.fspath(out))
     typer.echo(
         f"{count} references of {len(known.objects)} objects, {known.library.d} features each, in {place}"
@@ -189,6 +186,7 @@ def calibrate(
     """Run ``convexperc calibrate``."""
     if scenes is None and robots is None:
         raise typer.BadParameter("give --scenes, or --robots to calibrate by the references themselves")
+    _say_left_out(references=references, scenes=scenes)
     with working("calibrating"):
         read = {"--references": references, "--scenes": scenes, "--configuration": configuration}
         check_outputs({"--out": out}, read, {"--references": 1, "--scenes": 2})
@@ -203,6 +201,8 @@ def calibrate(
         made, counts = _calibrated(known, found, robots, coverage, chosen, decision)
         content = {out: json_bytes(made.to_dict())}
     write(content)
+    for line in dict.fromkeys(warning for seen, _ in found for warning in seen.warnings):
+        typer.echo(escaped(f"warning: {line}"), err=True)
     tables = report.tables
     tables.show_calibration(tables.console(), made, counts)
     return True
@@ -277,13 +277,13 @@ def _configuration(file: Path | None) -> "features.FeatureConfiguration":
     return features.FeatureConfiguration() if file is None else features.read_configuration(file)
 
 
-def _left_out(references: Path | None, views: Path | None) -> list[str]:
-    """One line for each folder of which something is left out."""
-    lines = []
-    for folder, objects in ((references, True), (views, False)):
+def _say_left_out(
+    *, references: Path | None = None, views: Path | None = None, scenes: Path | None = None
+) -> None:
+    """Say in a line for each folder what of it is not read, and why, before anything fails for want of it."""
+    for folder in (references, views, scenes):
         if folder is None or folder.is_file():
             continue
-        said = recognition.left_out(folder, references=objects)
+        said = recognition.left_out(folder, references=folder is references, scenes=folder is scenes)
         if said:
-            lines.append(f"left out of {folder}: {', '.join(said)}")
-    return lines
+            typer.echo(escaped(f"left out of {folder}: {', '.join(said)}"), err=True)

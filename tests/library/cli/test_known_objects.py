@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import cv2
 import numpy as np
@@ -111,6 +112,33 @@ def test_a_link_to_nothing_among_the_references_ends_the_command(world, tmp_path
     failed = expect(2, "recognize", "--references", tmp_path / "known", "--views", views)
     assert "box.png" in failed.output
     assert "no such file" in failed.output
+
+
+def test_what_is_left_out_is_said_also_where_nothing_is_left_to_recognise(world, tmp_path):
+    draw(tmp_path / "known" / "cup.png", 0, 0)
+    for name in ("box.gif", "can.HEIC"):
+        (tmp_path / "known" / name).write_bytes(b"x")
+    views = world / "scenes" / "box" / "0"
+    failed = expect(2, "recognize", "--references", tmp_path / "known", "--views", views)
+    lines = failed.stderr.splitlines()
+    assert lines[0].startswith(f"left out of {tmp_path / 'known'}: box.gif (GIF"), lines
+    assert "can.HEIC" in lines[0]
+    assert "at least two objects" in lines[1]
+
+
+def test_calibrate_says_what_of_the_scenes_it_leaves_out_and_which_views_show_nothing(world, tmp_path):
+    shutil.copytree(world / "scenes", tmp_path / "scenes")
+    draw(tmp_path / "scenes" / "loose.png", 0, 0)
+    (tmp_path / "scenes" / "cup" / "1" / "robot-9.HEIC").write_bytes(b"x")
+    dark = tmp_path / "scenes" / "can" / "2" / "robot-1.png"
+    assert cv2.imwrite(str(dark), np.zeros((48, 48, 3), np.uint8))
+    given = ["--references", world / "known", "--scenes", tmp_path / "scenes", "--out", tmp_path / "t.json"]
+    lines = expect(0, "calibrate", *given, "--configuration", world / "quick.json").stderr.splitlines()
+    assert lines[0] == (
+        f"left out of {tmp_path / 'scenes'}: loose.png (a picture outside of a scene), "
+        "cup/1/robot-9.HEIC (HEIC is not read; convert it to PNG)"
+    )
+    assert [line for line in lines if line.startswith("warning: of one color are the views of robot-1:")]
 
 
 @pytest.fixture(scope="module")
