@@ -120,6 +120,10 @@ class ImageError(InputError):
     """A picture cannot be read, or its size is out of range."""
 
 
+class SourceError(InputError):
+    """A source of pictures cannot be opened, breaks off, or does not go with the others."""
+
+
 class FeatureError(InputError):
     """A feature configuration, or a feature vector, cannot be used."""
 

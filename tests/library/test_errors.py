@@ -13,6 +13,7 @@ KINDS = [
     (errors.ModalityError, ValueError),
     (errors.PointError, ValueError),
     (errors.ImageError, ValueError),
+    (errors.SourceError, ValueError),
     (errors.FeatureError, ValueError),
     (errors.FileFormatError, ValueError),
     (errors.SolverError, RuntimeError),

@@ -1,0 +1,99 @@
+"""A picture with its time, and what gives one after the other."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from types import TracebackType
+from typing import Self
+
+from convexperc.errors import InputError
+from convexperc.features.pictures import Picture
+
+
+class Frame:
+    """A picture of one robot with its time; decoded when it is first asked for.
+
+    Parameters
+    ----------
+    time : float
+        Seconds, on the clock of the source.
+    decode : callable
+        Returns the picture, or raises an `InputError` that says why there is none.
+    """
+
+    def __init__(self, time: float, decode: Callable[[], Picture]) -> None:
+        self.time = time
+        self._decode = decode
+
+    @property
+    def picture(self) -> Picture | None:
+        """The picture as 8-bit RGB, read-only; None if it cannot be read."""
+        return self._outcome if not isinstance(self._outcome, InputError) else None
+
+    @property
+    def error(self) -> InputError | None:
+        """What is wrong with the picture; None if there is one."""
+        return self._outcome if isinstance(self._outcome, InputError) else None
+
+    @property
+    def reason(self) -> str:
+        """Why there is no picture; empty if there is one."""
+        return "" if self.error is None else str(self.error)
+
+    @cached_property
+    def _outcome(self) -> Picture | InputError:
+        try:
+            return self._decode()
+        except InputError as error:
+            return error
+
+
+class Source(ABC):
+    """Frames of one robot, in the order of their times, and a context manager that closes what it reads from.
+
+    A recording can be iterated again, each time from its beginning.
+
+    Attributes
+    ----------
+    text : str
+        As the user gave it.
+    name : str
+        How errors and remarks call it.
+    live : bool
+        A camera or a stream: the newest frame wins.
+    still : bool
+        One picture, valid at every moment.
+    """
+
+    live = False
+    still = False
+
+    def __init__(self, text: str, name: str) -> None:
+        self.text = text
+        self.name = name
+
+    @abstractmethod
+    def __iter__(self) -> Iterator[Frame]:
+        """Read the frames.
+
+        Raises
+        ------
+        SourceError
+            While reading: it breaks off.
+        """
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What has to be told of it so far, for example where the times come from; a sentence each."""
+        return ()
+
+    def close(self) -> None:  # noqa: B027 - most have nothing to close
+        """Close it; more than once does no harm."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,132 @@
+"""The part of a picture that shows the object: a rectangle, or a mask."""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool
+
+from convexperc.errors import ImageError
+from convexperc.features.decoding import MIN_SIDE
+from convexperc.features.pictures import Picture, read_image
+
+Mask = Bool[np.ndarray, "h w"]
+"""True where a pixel shows the object."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """A rectangle of pixels.
+
+    Attributes
+    ----------
+    x, y : int
+        Column and row of its upper left pixel, counted from 0 at the upper left of the picture.
+    width, height : int
+        Pixels, at least `MIN_SIDE` (8) each, as of a picture.
+    """
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+    def __post_init__(self) -> None:
+        if min(self.x, self.y) < 0 or min(self.width, self.height) < MIN_SIDE:
+            must = f"must have x, y >= 0 and a width and a height of at least {MIN_SIDE} pixels"
+            raise ImageError("region", value=str(self), must=must)
+
+    def __str__(self) -> str:
+        return f"{self.x},{self.y},{self.width},{self.height}"
+
+    @classmethod
+    def parse(cls, text: str) -> "Region":
+        """Read ``x,y,width,height``.
+
+        Raises
+        ------
+        ImageError
+            These are not four integers, or they are out of range.
+        """
+        parts = text.split(",")
+        if len(parts) != 4 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
+            raise ImageError("region", value=text, must="must be x,y,width,height: four integers >= 0")
+        return cls(*map(int, parts))
+
+    @classmethod
+    def around(cls, mask: Mask, name: str = "mask") -> "Region":
+        """The smallest rectangle that holds every pixel of a mask.
+
+        Raises
+        ------
+        ImageError
+            The mask is empty, or its rectangle has a side under `MIN_SIDE`.
+        """
+        columns, rows = (np.flatnonzero(mask.any(axis=axis)) for axis in (0, 1))
+        if not len(rows):
+            raise ImageError(name, value="no pixel", must="must mark the object: pixels other than 0")
+        x, y = int(columns[0]), int(rows[0])
+        width, height = int(columns[-1]) + 1 - x, int(rows[-1]) + 1 - y
+        if min(width, height) < MIN_SIDE:
+            must = f"must mark an object of at least {MIN_SIDE} pixels in width and height"
+            raise ImageError(name, value=f"{width} x {height} (width x height)", must=must)
+        return cls(x, y, width, height)
+
+
+def read_mask(path: str | os.PathLike[str]) -> Mask:
+    """Read a picture as a mask: true where any channel is other than 0.
+
+    Raises
+    ------
+    ImageError
+        See `convexperc.features.read_image`.
+    """
+    return np.asarray(read_image(path).any(axis=2))
+
+
+def cropped(picture: Picture, region: Region, name: str = "picture") -> Picture:
+    """Cut out a region; read-only.
+
+    Raises
+    ------
+    ImageError
+        The region is not within the picture.
+    """
+    height, width = picture.shape[:2]
+    if region.x + region.width > width or region.y + region.height > height:
+        must = f"must lie within the picture of {width} x {height} pixels (width x height)"
+        raise ImageError(f"{name}: region x,y,width,height", value=str(region), must=must)
+    part = picture[region.y : region.y + region.height, region.x : region.x + region.width]
+    return _frozen(part.copy())
+
+
+def masked(picture: Picture, mask: Mask, name: str = "picture") -> Picture:
+    """Make black what a mask leaves out, and cut out the mask's bounding box; read-only.
+
+    Without the cut, the share of black pixels in the histograms, and the place and scale of the object in the
+    grid of HOG, would tell where the object is in the view and how far away, instead of what it is.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, (h, w, 3)
+    mask : ndarray of bool, (h, w)
+    name : str
+        How an error names the picture.
+
+    Raises
+    ------
+    ImageError
+        The mask has another size, is empty, or its bounding box has a side under `MIN_SIDE`.
+    """
+    if mask.shape != picture.shape[:2]:
+        must = f"must have the size of the picture, {picture.shape[0]} x {picture.shape[1]} (height x width)"
+        raise ImageError(f"{name}: mask", value=f"{mask.shape[0]} x {mask.shape[1]}", must=must)
+    region = Region.around(mask, f"{name}: mask")
+    part = cropped(picture, region).copy()
+    part[~mask[region.y : region.y + region.height, region.x : region.x + region.width]] = 0
+    return _frozen(part)
+
+
+def _frozen(picture: Picture) -> Picture:
+    picture.flags.writeable = False
+    return picture
