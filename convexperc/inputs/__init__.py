@@ -1,4 +1,4 @@
-"""Where the robots' pictures come from: files, folders, videos, cameras, streams and bags; joined by their times."""
+"""Where the robots' pictures come from: files, videos, cameras, streams and bags, joined by their times."""
 
 from convexperc.faces import attach
 

@@ -1,4 +1,25 @@
 from .frames import Frame, Source
+from .opening import GRAMMAR, open_source, open_sources
 from .regions import Mask, Region, cropped, masked, read_mask
+from .results import Hypothesis, ResultBag
+from .synchronisation import Moment, Moments, moments
+from .tracks import Counts
 
-__all__ = ["Frame", "Mask", "Region", "Source", "cropped", "masked", "read_mask"]
+__all__ = [
+    "GRAMMAR",
+    "Counts",
+    "Frame",
+    "Hypothesis",
+    "Mask",
+    "Moment",
+    "Moments",
+    "Region",
+    "ResultBag",
+    "Source",
+    "cropped",
+    "masked",
+    "moments",
+    "open_source",
+    "open_sources",
+    "read_mask",
+]

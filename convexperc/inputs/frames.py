@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from types import TracebackType
 from typing import Self
@@ -19,11 +20,14 @@ class Frame:
         Seconds, on the clock of the source.
     decode : callable
         Returns the picture, or raises an `InputError` that says why there is none.
+    nanoseconds : int, optional
+        The time, where it is known exactly: float64 holds present seconds since the epoch to 0.24 us.
     """
 
-    def __init__(self, time: float, decode: Callable[[], Picture]) -> None:
+    def __init__(self, time: float, decode: Callable[[], Picture], nanoseconds: int | None = None) -> None:
         self.time = time
-        self._decode = decode
+        self.nanoseconds = round(time * 10**9) if nanoseconds is None else nanoseconds
+        self._decode: Callable[[], Picture] | None = decode
 
     @property
     def picture(self) -> Picture | None:
@@ -42,10 +46,19 @@ class Frame:
 
     @cached_property
     def _outcome(self) -> Picture | InputError:
+        decode, self._decode = self._decode, None  # what it holds on to, such as the encoded bytes, is freed
+        assert decode is not None
         try:
-            return self._decode()
+            return decode()
         except InputError as error:
             return error
+
+
+@dataclass(frozen=True)
+class Silence:
+    """A recording has been read as far as this time, in seconds, without a further frame of one robot."""
+
+    time: float
 
 
 class Source(ABC):
@@ -81,6 +94,10 @@ class Source(ABC):
         SourceError
             While reading: it breaks off.
         """
+
+    def events(self) -> Iterator[Frame | Silence]:
+        """Read the frames, and where a recording of several robots goes on without one of this, how far."""
+        return iter(self)
 
     @property
     def remarks(self) -> tuple[str, ...]:
