@@ -14,8 +14,8 @@ from convexperc.inputs.messages import COMPRESSED, IMAGE, READERS, Stamp
 SUFFIXES = frozenset({".bag", ".db3", ".mcap"})
 """Suffixes, in lower case, of files that are bags; a folder is one if it holds ``metadata.yaml``."""
 HELD_BYTES = 2**28
-"""Most bytes of encoded messages that wait while one topic is silent: 256 MiB."""
-_LIMIT = 4
+"""Bytes of encoded messages above which no more is read for a topic that is silent: 256 MiB."""
+_LIMIT = 2
 """How many times as many may wait, before the clocks are too far apart."""
 
 
@@ -43,6 +43,9 @@ class Bag:
         self._pass: Pass | None = None
         with self._reader() as reader:
             self.types: Mapping[str, frozenset[str]] = _types(reader.connections)
+            self.stated = dict[str, int]()
+            for each in reader.connections:
+                self.stated[each.topic] = self.stated.get(each.topic, 0) + each.msgcount
 
     def _reader(self) -> "Reading":
         return Reading(self.path, self.name)
@@ -286,7 +289,7 @@ class Topic(Source):
             while True:
                 found = shared.next(self.topic)
                 if found is None:
-                    return
+                    break
                 if isinstance(found, int):
                     yield Silence((found - lag) / 10**9)
                     continue
@@ -294,6 +297,10 @@ class Topic(Source):
                 yield frame
         finally:
             shared.leave(self.topic)
+        stated = self.bag.stated[self.topic]
+        if self._frames < stated:
+            must = f"must hold the {stated} messages that its index states"
+            raise SourceError(self.name, value=f"{self._frames} messages", must=must, remedy="It is damaged.")
 
     def _frame(self, found: Message) -> tuple[Frame, int]:
         """A message's frame, and by how many nanoseconds it was recorded after its time."""

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from types import TracebackType
-from typing import Self
 
 from convexperc.errors import InputError
 from convexperc.features.pictures import Picture
@@ -107,7 +106,7 @@ class Source(ABC):
     def close(self) -> None:  # noqa: B027 - most have nothing to close
         """Close it; more than once does no harm."""
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "Source":
         return self
 
     def __exit__(

@@ -11,9 +11,9 @@ from convexperc.inputs.tracks import Kept, Track
 def led(tracks: Sequence[Track], slop: float) -> Iterator[float]:
     """Yield the times of the frames that lead, in order, once all frames within the slop are in the tracks.
 
-    Every frame of the first track leads; one of a later track leads if no leading frame of a track before it is
-    at most `slop` away. Of frames of one track with the same time, the first leads. Between
-    two of these times, the tracks may forget what lies more than `slop` before.
+    Every frame of the first track leads; one of a later track leads if no leading frame of a track before it
+    is at most `slop` away. Of frames of one track with the same time, the first leads. Between two of these
+    times, the tracks may forget what lies more than `slop` before.
     """
     leads = _Leads(tracks, slop)
     while True:

@@ -3,7 +3,7 @@
 import threading
 import time
 from collections.abc import Iterator, Mapping
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from convexperc.errors import InputError, SourceError
 from convexperc.inputs.capture import capture_of, captured
@@ -16,6 +16,7 @@ _PATIENCE = 2.0
 """Seconds that closing waits for a camera that is being read."""
 
 
+@runtime_checkable
 class Capture(Protocol):
     """What of `cv2.VideoCapture` is used."""
 

@@ -17,7 +17,7 @@ from convexperc.inputs.stored import PictureSequence, Still, Video, open_folder
 GRAMMAR: tuple[tuple[str, str], ...] = (
     ("FILE.png", "one picture, valid at every moment (PNG, JPEG, BMP, TIFF, WebP)"),
     ("FOLDER", "its pictures, in natural order of their names, or by the times that all names are"),
-    ("PATTERN", "the pictures that a pattern with *, ? or [] matches, likewise; ** for any depth of folders"),
+    ("PATTERN", "the pictures that a pattern with *, ? or [] matches, likewise; ** for folders within"),
     ("VIDEO.mp4", "a video file, with the time stamps in it"),
     ("BAG#/topic", "a topic of a bag: FILE.mcap, FILE.db3, a folder with metadata.yaml, or ROS 1's FILE.bag"),
     ("camera:N", "camera number N; also N alone"),

@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, UInt8
 
 from convexperc.errors import ImageError
 from convexperc.features.decoding import MIN_SIDE
@@ -12,6 +12,10 @@ from convexperc.features.pictures import Picture, read_image
 
 Mask = Bool[np.ndarray, "h w"]
 """True where a pixel shows the object."""
+Part = UInt8[np.ndarray, "height width 3"]
+"""A part of a picture."""
+AnyMask = Bool[np.ndarray, "_ _"]
+"""A mask of any size."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,7 @@ class Region:
         return cls(*map(int, parts))
 
     @classmethod
-    def around(cls, mask: Mask, name: str = "mask") -> "Region":
+    def around(cls, mask: AnyMask, name: str = "mask") -> "Region":
         """The smallest rectangle that holds every pixel of a mask.
 
         Raises
@@ -84,7 +88,7 @@ def read_mask(path: str | os.PathLike[str]) -> Mask:
     return np.asarray(read_image(path).any(axis=2))
 
 
-def cropped(picture: Picture, region: Region, name: str = "picture") -> Picture:
+def cropped(picture: Picture, region: Region, name: str = "picture") -> Part:
     """Cut out a region; read-only.
 
     Raises
@@ -100,7 +104,7 @@ def cropped(picture: Picture, region: Region, name: str = "picture") -> Picture:
     return _frozen(part.copy())
 
 
-def masked(picture: Picture, mask: Mask, name: str = "picture") -> Picture:
+def masked(picture: Picture, mask: AnyMask, name: str = "picture") -> Part:
     """Make black what a mask leaves out, and cut out the mask's bounding box; read-only.
 
     Without the cut, the share of black pixels in the histograms, and the place and scale of the object in the
@@ -127,6 +131,6 @@ def masked(picture: Picture, mask: Mask, name: str = "picture") -> Picture:
     return _frozen(part)
 
 
-def _frozen(picture: Picture) -> Picture:
+def _frozen(picture: Part) -> Part:
     picture.flags.writeable = False
     return picture

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from convexperc.errors import InputError, require
 from convexperc.files import check_place
@@ -112,7 +112,7 @@ class ResultBag:
         self._writer: Any = None
         self._last = -1
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "ResultBag":
         from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: PLC0415 - an extra
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # noqa: PLC0415
 

@@ -1,5 +1,6 @@
 """Pictures in files: one, a sequence, or a video."""
 
+import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -75,10 +76,11 @@ def _reader(path: Path) -> Callable[[], Picture]:
     return lambda: read_image(path)
 
 
-def natural_order(path: Path) -> list[tuple[int, int, str]]:
+def natural_order(path: Path) -> tuple[list[tuple[int, str]], str]:
     """Sort by this to have digits in the order of their number: ``2.png`` before ``10.png``."""
-    parts = _DIGITS.split(path.name)
-    return [(0, int(part), part) if k % 2 else (1, 0, part) for k, part in enumerate(parts)]
+    whole = os.fspath(path)
+    parts = _DIGITS.split(whole)  # every second one is a number
+    return [(int(part), "") if k % 2 else (0, part) for k, part in enumerate(parts)], whole
 
 
 def time_stamps(stems: Sequence[str]) -> list[float] | None:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from jaxtyping import UInt8
@@ -76,7 +76,7 @@ class Moments(Iterator[Moment]):
         self._live = {name: source for name, source in sources.items() if isinstance(source, Live)}
         self._moments = self._run()
 
-    def __iter__(self) -> Self:
+    def __iter__(self) -> "Moments":
         return self
 
     def __next__(self) -> Moment:
@@ -92,7 +92,7 @@ class Moments(Iterator[Moment]):
         for source in self._sources.values():
             source.close()
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "Moments":
         return self
 
     def __exit__(

@@ -98,7 +98,7 @@ class Track:
             self.floor = max(self.floor, event.time)
             return None
         self.frames += 1
-        if not event.time >= self.floor:  # also if it is no number
+        if event.time < self.floor:
             self.disordered += 1
             if self.strict:
                 must = f"must not be before {self.floor:.6f} s, as far as it has been read"
