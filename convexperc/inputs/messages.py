@@ -123,8 +123,8 @@ def compressed_picture(message: Any, name: str) -> Picture:
     """Decode a `sensor_msgs/CompressedImage`: JPEG or PNG, or what else `read_image` reads.
 
     A `format` such as ``rgb8; jpeg compressed bgr8`` says what the pixels were, and in which order OpenCV
-    was given them. With ``compressed rgb8``, red and blue stand exchanged in the file, and are exchanged again, as
-    ROS's own decoder does.
+    was given them. With ``compressed rgb8``, red and blue stand exchanged in the file, and are exchanged
+    again, as ROS's own decoder does.
 
     Raises
     ------

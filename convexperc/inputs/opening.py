@@ -38,7 +38,7 @@ _PATTERN = "*?["
 def open_source(text: str, *, rate: float = 30.0, timeout: float = 5.0) -> Source:
     """Open what a robot's pictures come from; `GRAMMAR` lists the forms.
 
-    A file or folder that exists is taken for itself, whatever its name holds; ``./0`` is a file of the name 0.
+    A file or folder that exists is taken for itself, whatever its name holds; ``./0`` is one of the name 0.
 
     Parameters
     ----------

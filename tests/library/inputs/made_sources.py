@@ -87,8 +87,8 @@ class BagMaker:
     """Writes a bag with `rosbags`: ROS 1 for ``.bag``, otherwise ROS 2 in a folder."""
 
     def __init__(self, path: Path, storage: str = "mcap", compress: bool = False) -> None:
-        from rosbags import rosbag1, rosbag2
-        from rosbags.typesys import Stores, get_typestore
+        from rosbags import rosbag1, rosbag2  # noqa: PLC0415 - an extra
+        from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
 
         self.first = path.suffix == ".bag"
         self.store = get_typestore(Stores.ROS1_NOETIC if self.first else Stores.ROS2_HUMBLE)
@@ -126,11 +126,11 @@ class BagMaker:
         stamp: int,
         data: bytes,
         *,
-        format: str = "rgb8; png compressed bgr8",
+        stated: str = "rgb8; png compressed bgr8",
         recorded: int = 0,
     ) -> None:
         kind = self.types["sensor_msgs/msg/CompressedImage"]
-        message = kind(self.header(stamp), format, np.frombuffer(data, np.uint8))
+        message = kind(self.header(stamp), stated, np.frombuffer(data, np.uint8))
         self.put(topic, message, recorded or stamp)
 
     def text(self, topic: str, recorded: int) -> None:

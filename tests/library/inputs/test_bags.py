@@ -158,7 +158,7 @@ def test_broken_pictures_leave_their_robot_out_by_name(tmp_path):
     with BagMaker(path) as bag:
         whole = jpeg(picture(5, (48, 64)))
         for k, data in enumerate([whole, whole[:200], b"", whole]):
-            bag.compressed("/a", START + k * 10**9, data, format="rgb8; jpeg compressed bgr8")
+            bag.compressed("/a", START + k * 10**9, data, stated="rgb8; jpeg compressed bgr8")
     found = moments({"a": open_source(f"{path}#/a")}, slop=0.1)
     assert [bool(m.views) for m in found] == [True, False, False, True]
     assert found.counts["a"].unreadable == 2

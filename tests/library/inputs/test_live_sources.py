@@ -238,7 +238,7 @@ def test_a_camera_that_hangs_does_not_hold_up_the_end_and_is_named(cameras, monk
 
 
 def test_a_camera_that_is_not_there_is_refused():
-    with pytest.raises(SourceError, match="camera 97.*free"):
+    with pytest.raises(SourceError, match=r"camera 97.*free"):
         open_source("camera:97")
     with pytest.raises(SourceError, match="stream rtsp"):
         open_source("rtsp://127.0.0.1:9/none", timeout=1.0)
@@ -247,7 +247,7 @@ def test_a_camera_that_is_not_there_is_refused():
 class Motion(BaseHTTPRequestHandler):
     """Motion JPEG, as network cameras send it."""
 
-    def do_GET(self):  # noqa: N802 - the name that the server looks for
+    def do_GET(self):
         self.send_response(200)
         self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=x")
         self.end_headers()

@@ -23,7 +23,7 @@ NOW = 1_700_000_000_123_456_789
 
 def read(path):
     """The messages of each topic, parsed by what the bag says of itself."""
-    from rosbags.highlevel import AnyReader
+    from rosbags.highlevel import AnyReader  # noqa: PLC0415 - an extra
 
     with AnyReader([path]) as reader:
         found = {}

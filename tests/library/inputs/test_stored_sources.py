@@ -5,6 +5,9 @@ import re
 import stat
 import subprocess
 import sys
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -75,8 +78,6 @@ def test_which_names_are_times(names, times):
 
 @given(st.integers(10**18, 10**19 - 1))
 def test_nanoseconds_are_rounded_once(stamp):
-    from fractions import Fraction
-
     assert time_stamps([str(stamp)]) == [float(Fraction(stamp, 10**9))]
 
 
@@ -89,10 +90,8 @@ def test_a_folder_with_times_is_in_their_order(tmp_path):
 
 @given(st.lists(st.from_regex(r"[a-c]{1,2}[0-9]{0,3}[a-c]?[0-9]{0,2}", fullmatch=True), min_size=2))
 def test_natural_order_is_that_of_the_numbers_where_the_rest_is_the_same(names):
-    from pathlib import Path
-
     ordered = sorted(map(Path, names), key=natural_order)
-    for one, other in zip(ordered, ordered[1:], strict=False):
+    for one, other in pairwise(ordered):
         parts = [re.split(r"(\d+)", path.name) for path in (one, other)]
         assert [p if k % 2 == 0 else int(p) for k, p in enumerate(parts[0])] <= [
             p if k % 2 == 0 else int(p) for k, p in enumerate(parts[1])
