@@ -1,6 +1,6 @@
 from .frames import Frame, Source
 from .opening import GRAMMAR, open_source, open_sources
-from .regions import Mask, Region, cropped, masked, read_mask
+from .regions import Region, cropped, masked, read_mask
 from .results import Hypothesis, ResultBag
 from .synchronisation import Moment, Moments, moments
 from .tracks import Counts
@@ -10,7 +10,6 @@ __all__ = [
     "Counts",
     "Frame",
     "Hypothesis",
-    "Mask",
     "Moment",
     "Moments",
     "Region",

@@ -131,7 +131,7 @@ def test_a_broken_picture_of_a_sequence_is_a_frame_without_one(tmp_path):
     assert "0 bytes" in made[2].missing["a"]
     assert "no such file" in made[3].missing["a"]
     assert found.counts["a"].unreadable == 3
-    with pytest.raises(InputError, match="robot 'a' at 1.000000 s"):
+    with pytest.raises(InputError, match=r"robot .a. at 1\.000000 s"):
         list(moments({"a": open_source(str(folder), rate=1.0)}, slop=0.1, strict=True))
 
 
