@@ -3,7 +3,6 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from types import TracebackType
 
 from convexperc.errors import InputError
@@ -27,30 +26,35 @@ class Frame:
         self.time = time
         self.nanoseconds = round(time * 10**9) if nanoseconds is None else nanoseconds
         self._decode: Callable[[], Picture] | None = decode
+        self._outcome: Picture | InputError | None = None
 
     @property
     def picture(self) -> Picture | None:
         """The picture as 8-bit RGB, read-only; None if it cannot be read."""
-        return self._outcome if not isinstance(self._outcome, InputError) else None
+        found = self.decoded()
+        return None if isinstance(found, InputError) else found
 
     @property
     def error(self) -> InputError | None:
         """What is wrong with the picture; None if there is one."""
-        return self._outcome if isinstance(self._outcome, InputError) else None
+        found = self.decoded()
+        return found if isinstance(found, InputError) else None
 
     @property
     def reason(self) -> str:
         """Why there is no picture; empty if there is one."""
         return "" if self.error is None else str(self.error)
 
-    @cached_property
-    def _outcome(self) -> Picture | InputError:
-        decode, self._decode = self._decode, None  # what it holds on to, such as the encoded bytes, is freed
-        assert decode is not None
-        try:
-            return decode()
-        except InputError as error:
-            return error
+    def decoded(self) -> Picture | InputError:
+        """Decode the picture, unless that has been done; not by two threads at a time."""
+        if self._outcome is None:
+            assert self._decode is not None
+            try:
+                self._outcome = self._decode()
+            except InputError as error:
+                self._outcome = error
+            self._decode = None  # what it holds on to, such as the encoded bytes, is freed
+        return self._outcome
 
 
 @dataclass(frozen=True)

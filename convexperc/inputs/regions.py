@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, UInt8
 
 from convexperc.errors import ImageError
-from convexperc.features.decoding import MIN_SIDE
+from convexperc.features.sizes import MIN_SIDE
 from convexperc.features.pictures import Picture, read_image
 
 Mask = Bool[np.ndarray, "h w"]
@@ -89,7 +89,7 @@ def read_mask(path: str | os.PathLike[str]) -> Mask:
 
 
 def cropped(picture: Picture, region: Region, name: str = "picture") -> Part:
-    """Cut out a region; read-only.
+    """Cut out a region; read-only. The references should be cut in the same way, see `masked`.
 
     Raises
     ------
@@ -108,7 +108,9 @@ def masked(picture: Picture, mask: AnyMask, name: str = "picture") -> Part:
     """Make black what a mask leaves out, and cut out the mask's bounding box; read-only.
 
     Without the cut, the share of black pixels in the histograms, and the place and scale of the object in the
-    grid of HOG, would tell where the object is in the view and how far away, instead of what it is.
+    grid of HOG, would tell where the object is in the view and how far away, instead of what it is. The
+    references should be treated in the same way: against pictures with their surroundings, a masked view
+    explains less than a whole one.
 
     Parameters
     ----------

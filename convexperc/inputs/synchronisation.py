@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from convexperc.errors import ImageError, InputError, RobotNameError, SourceError
+from convexperc.features.parallel import available_cores, side_by_side
 from convexperc.features.pictures import Picture
 from convexperc.inputs.frames import Frame, Source
 from convexperc.inputs.leading import grid, led
@@ -173,8 +174,10 @@ class Moments(Iterator[Moment]):
         """The moment of recorded frames: of each robot the nearest one that has a picture."""
         chosen = dict[str, Frame | InputError | str]()
         leader: Frame | None = None
-        for robot, track in self._tracks.items():
-            near = track.near(time, self._slop)
+        nearest = {robot: track.near(time, self._slop) for robot, track in self._tracks.items()}
+        wanted = [near[0].frame for near in nearest.values() if near]
+        side_by_side(Frame.decoded, wanted, available_cores())
+        for robot, near in nearest.items():
             if leader is None and near and near[0].time == time:
                 leader = near[0].frame
             for kept in near:
@@ -185,7 +188,7 @@ class Moments(Iterator[Moment]):
                     break
             else:
                 error = near[0].frame.error if near else None
-                chosen[robot] = error if error is not None else track.absence(time, self._slop)
+                chosen[robot] = error if error is not None else self._tracks[robot].absence(time, self._slop)
         return self._moment(time, round(time * 10**9) if leader is None else leader.nanoseconds, chosen)
 
     def _moment(
@@ -277,7 +280,8 @@ def moments(
     Returns
     -------
     Moments
-        Read once, in bounded memory: frames within twice the slop or so of the present moment.
+        Read once. The frames near the present moment are held, about twice the slop for each robot before it
+        in the order; pictures are decoded when they are wanted.
 
     Raises
     ------

@@ -189,7 +189,7 @@ def test_sources_without_a_frame_give_no_moment():
     [
         (Listed([0.0]), SourceError, "no picture within"),
         (Listed([0.0, 5.0], broken=[1]), ImageError, "frame 1"),
-        (Listed([0.0], fails="a cut"), SourceError, "a cut"),
+        (Listed([0.0, 5.0], fails="a cut"), SourceError, "a cut"),
         (Listed([0.0, 5.0, 4.0]), SourceError, "time of a frame"),
     ],
     ids=["drop-out", "broken", "cut", "disordered"],
