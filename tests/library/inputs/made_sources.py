@@ -95,6 +95,8 @@ class BagMaker:
         self.types = self.store.types
         if self.first:
             self.writer = rosbag1.Writer(path)
+            if compress:
+                self.writer.set_compression(self.writer.CompressionFormat.LZ4)
         else:
             plugin = {"mcap": rosbag2.StoragePlugin.MCAP, "db3": rosbag2.StoragePlugin.SQLITE3}[storage]
             self.writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)

@@ -229,11 +229,19 @@ def test_an_old_bag_without_definitions_is_read(tmp_path):
     assert [frame.nanoseconds for frame in found] == stamps["Bob"]
 
 
-def test_a_compressed_bag_is_read(tmp_path):
-    with BagMaker(tmp_path / "run", compress=True) as bag:
+@pytest.mark.parametrize(("name", "storage"), [("run", "mcap"), ("run", "db3"), ("run.bag", "")])
+def test_a_compressed_bag_is_read(tmp_path, name, storage):
+    with BagMaker(tmp_path / name, storage, compress=True) as bag:
         bag.compressed("/a", START, png(picture(9)))
-    (frame,) = open_source(f"{tmp_path / 'run'}#/a")
+    (frame,) = open_source(f"{tmp_path / name}#/a")
     assert number_of(frame.picture) == 9
+
+
+def test_two_robots_may_have_the_same_topic(tmp_path):
+    path, _ = made(tmp_path, "mcap")
+    topic = f"{path}#{topic_of('Alpha')}"
+    found = list(moments(open_sources({"a": topic, "b": topic}), slop=0.0, strict=True))
+    assert [[number_of(view) for view in m.views.values()] for m in found] == [[k, k] for k in range(10)]
 
 
 def test_without_the_extra_it_is_named(tmp_path):
