@@ -5,7 +5,7 @@ import shlex
 from enum import StrEnum
 from pathlib import Path
 from time import perf_counter
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -49,7 +49,8 @@ Meshes = Annotated[
     Path | None,
     typer.Option(
         metavar="DIR",
-        help="Folder with a folder of OBJ files for each object, besides or in place of the package's.",
+        help="Folder with a folder of OBJ files for each object, in place of the package's of that name;"
+        " others are drawn if --objects names them.",
     ),
 ]
 
@@ -111,6 +112,7 @@ def scene(
     check_apart({}, folders={"DIR": folder}, inputs={"FILE": description, "--meshes": meshes})
     known = None if meshes is None else simulation.read_meshes(meshes)
     asked = simulation.read_scene(description)
+    _say_left_out(meshes, known, (asked.object,))
     written = simulation.write_scene(folder, asked, simulation.ImageSize(width, height), meshes=known)
     _report(folder, written, perf_counter() - start)
     return True
@@ -149,6 +151,7 @@ def _write_set(
     known = None if meshes is None else simulation.read_meshes(meshes)
     names = simulation.OBJECTS_OF[kind] if objects is None else tuple(objects.split(","))
     request = simulation.Request(kind, seed, scenes, names, simulation.ImageSize(*size))
+    _say_left_out(meshes, known, names)
     with progress(START, "drew") as (expect, step):
 
         def advance(name: str, parts: int) -> None:
@@ -160,11 +163,27 @@ def _write_set(
     return True
 
 
+def _say_left_out(
+    folder: Path | None, known: "dict[str, simulation.MeshModel] | None", names: tuple[str, ...]
+) -> None:
+    """Say in one line what of a folder of meshes is not drawn, and why."""
+    if folder is None or known is None:
+        return
+    said = [each for name in names if name in known for each in known[name].left_out]
+    said += [f"{name} (no object of that name is drawn)" for name in known if name not in names]
+    said += simulation.unread_meshes(folder)
+    if said:
+        typer.echo(escaped(f"left out of {os.fspath(folder)}: {', '.join(said)}"), err=True)
+
+
 def _report(folder: Path, written: "simulation.Written", seconds: float) -> None:
     """Print what was drawn, how fast, and a command to try it with."""
     manifest = written.manifest
     count = f"{written.pictures} views and references with masks of {len(manifest['scenes'])} scenes"
     typer.echo(escaped(f"{count} in {os.fspath(folder)}"))
+    hidden = [scene["name"] for scene in manifest["scenes"] if _is_hidden(scene)]
+    if hidden:
+        typer.echo(escaped(f"warning: no robot sees the object in {', '.join(hidden)}"), err=True)
     if written.drawn_pictures:
         each = seconds / written.drawn_pictures
         typer.echo(f"drew {written.drawn_pictures} of them in {seconds:.1f} s, {each:.3f} s a picture")
@@ -174,3 +193,8 @@ def _report(folder: Path, written: "simulation.Written", seconds: float) -> None
         views = folder / "views" / manifest["scenes"][0]["name"]
         arguments = ["--references", os.fspath(folder / "references"), "--views", os.fspath(views)]
         typer.echo(escaped(f"try: convexperc recognize {shlex.join(arguments)}"))
+
+
+def _is_hidden(scene: dict[str, Any]) -> bool:
+    """Whether no view of a scene in a manifest shows a part of the object."""
+    return not any(view["visible_share"] for view in scene["views"])

@@ -5,7 +5,7 @@ from .descriptions import read_scene, scene_of_record, scene_record
 from .image_size import ImageSize
 from .layouts import GRAY_CAR, ICA_SIGN, RED_CAR, SCENES
 from .light import LIGHTS, Light
-from .meshes import MeshModel, read_meshes
+from .meshes import MeshModel, Piece, read_meshes, unread_meshes
 from .mujoco_xml import Group, mjcf
 from .rendering import SceneRenderer, View
 from .request import OBJECTS_OF, Request, SetName
@@ -24,6 +24,7 @@ __all__ = [
     "Light",
     "MeshModel",
     "Obstacle",
+    "Piece",
     "RenderingError",
     "Request",
     "Robot",
@@ -37,6 +38,7 @@ __all__ = [
     "read_scene",
     "scene_of_record",
     "scene_record",
+    "unread_meshes",
     "write_data_set",
     "write_scene",
 ]

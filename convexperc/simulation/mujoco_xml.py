@@ -8,7 +8,7 @@ from enum import IntEnum
 from convexperc.simulation.catalogue import Catalogue, object_of
 from convexperc.simulation.light import Light
 from convexperc.simulation.materials import MATERIALS, TEXTURED, Colour
-from convexperc.simulation.meshes import MeshModel
+from convexperc.simulation.meshes import MeshModel, Piece
 from convexperc.simulation.objects import OBJECTS
 from convexperc.simulation.obstacles import OBSTACLES
 from convexperc.simulation.parts import Part
@@ -167,23 +167,33 @@ def _body(
 
 def _mesh_body(world: ET.Element, assets: ET.Element, thing: MeshModel) -> dict[str, bytes]:
     """Add an object made of mesh files; return their contents by their names in the document."""
-    files = {f"object-{k}.obj": content for k, (_, content) in enumerate(thing.pieces, start=1)}
+    files = {f"object-{k}.obj": piece.content for k, piece in enumerate(thing.pieces, start=1)}
     body = ET.SubElement(world, "body", name="object")
-    paint = {"name": "mesh-paint", "specular": "0.2", "shininess": "0.3"}
-    if thing.texture is None:
-        ET.SubElement(assets, "material", paint, rgba=_numbers((*MATERIALS["gray"].colour, 1.0)))
-    else:
-        ET.SubElement(assets, "texture", name="mesh-texture", type="2d", file="object.png")
-        ET.SubElement(assets, "material", paint, texture="mesh-texture")
-    for file in files:
-        name = file.removesuffix(".obj")
-        ET.SubElement(
-            assets, "mesh", name=name, file=file, inertia="shell", scale=_numbers([thing.scale] * 3)
-        )
-        geom = {"type": "mesh", "mesh": name, "material": "mesh-paint", "group": f"{Group.OBJECT:d}"}
+    if any(piece.colour is None and piece.texture is None for piece in thing.pieces):
+        files |= _paint(assets, "mesh-paint", "mesh-texture", "object.png", Piece(b"", None, thing.texture))
+    for k, piece in enumerate(thing.pieces, start=1):
+        name, paint = f"object-{k}", "mesh-paint"
+        if piece.colour is not None or piece.texture is not None:
+            paint = f"mesh-paint-{k}"
+            files |= _paint(assets, paint, f"mesh-texture-{k}", f"{name}.png", piece)
+        scale = _numbers([thing.scale] * 3)
+        ET.SubElement(assets, "mesh", name=name, file=f"{name}.obj", inertia="shell", scale=scale)
+        geom = {"type": "mesh", "mesh": name, "material": paint, "group": f"{Group.OBJECT:d}"}
         geom |= {"pos": _numbers(thing.position), "quat": _numbers(thing.rotation)}
         ET.SubElement(body, "geom", geom, contype="0", conaffinity="0")
-    return files if thing.texture is None else {**files, "object.png": thing.texture}
+    return files
+
+
+def _paint(assets: ET.Element, name: str, texture: str, file: str, piece: Piece) -> dict[str, bytes]:
+    """Add the material of a piece; return the content of its texture by its name in the document."""
+    finish = {"name": name, "specular": "0.2", "shininess": "0.3"}
+    if piece.texture is None:
+        colour = MATERIALS["gray"].colour if piece.colour is None else piece.colour
+        ET.SubElement(assets, "material", finish, rgba=_numbers((*colour, 1.0)))
+        return {}
+    ET.SubElement(assets, "texture", name=texture, type="2d", file=file)
+    ET.SubElement(assets, "material", finish, texture=texture)
+    return {file: piece.texture}
 
 
 def _lit(colour: Colour, light: Colour) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from convexperc.cli.main import app
-from convexperc.simulation import RED_CAR, backends, scene_of_record
+from convexperc.simulation import RED_CAR, backends, read_meshes, scene_of_record
 
 
 def run(*arguments: object):
@@ -64,6 +64,31 @@ def test_a_data_set_is_drawn_and_the_command_to_try_works(opengl, tmp_path):
     found = CliRunner().invoke(app, [str(part) for part in tried])
     assert found.exit_code in (0, 1), found.output
     assert "Ranking by robot for" in found.stdout
+
+
+def test_what_of_the_meshes_is_not_drawn_and_whom_no_robot_sees_is_said(opengl, tmp_path):
+    corners = [(x, y, z) for z in (0, 3) for y in (0, 2) for x in (0, 1)]
+    sides = ((1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6))
+    lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {' '.join(map(str, side))}" for side in sides]
+    for name in ("red-car", "block"):
+        (tmp_path / "meshes" / name).mkdir(parents=True)
+        (tmp_path / "meshes" / name / "a.OBJ").write_text("\n".join(lines))
+    (tmp_path / "meshes" / "red-car" / "a.stl").write_bytes(b"x")
+    (tmp_path / "meshes" / "readme.txt").write_text("x")
+    record = json.loads(run("example", "red-car").stdout)
+    wall = {"kind": "wall", "azimuth": record["robots"][0]["camera"]["azimuth"], "distance": 2.5}
+    wall |= {"width": 20.0, "height": 20.0, "elevation": 0.0, "turn": 0.0}
+    sha256 = read_meshes(tmp_path / "meshes")["red-car"].sha256
+    record |= {"robots": record["robots"][:1], "obstacles": [wall], "mesh_sha256": sha256}
+    (tmp_path / "scene.json").write_text(json.dumps(record))
+    size = ["--width", 64, "--height", 48, "--meshes", tmp_path / "meshes"]
+    drawn = run("scene", tmp_path / "scene.json", tmp_path / "out", *size)
+    assert drawn.exit_code == 0, drawn.output
+    assert drawn.stderr.splitlines() == [
+        f"left out of {tmp_path / 'meshes'}: red-car/a.stl (not used), "
+        "block (no object of that name is drawn), readme.txt (not in the folder of an object)",
+        "warning: no robot sees the object in red-car",
+    ]
 
 
 @pytest.mark.parametrize(

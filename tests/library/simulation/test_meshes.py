@@ -15,6 +15,7 @@ from convexperc.simulation import (
     Scene,
     SceneRenderer,
     read_meshes,
+    unread_meshes,
     write_data_set,
 )
 from convexperc.simulation.objects import OBJECTS
@@ -36,6 +37,10 @@ def block(folder: Path, *, colour: tuple[int, int, int] | None = (20, 220, 40), 
     if settings:
         (folder / "object.json").write_text(json.dumps(settings))
     return folder.parent
+
+
+NOTCHED = b"v 1 0 0\nv 1 2 0\nv 1 2 3\nv 1 1 .5\nv 1 0 3\nf 3 4 5 1 2\n"
+"""A polygon with a notch: cut into a fan from its first corner, it would be filled."""
 
 
 def watched(name: str, sha256: str) -> Scene:
@@ -99,7 +104,16 @@ def test_other_meshes_than_those_of_the_description_are_refused(tmp_path, sha256
         ("block.obj", b"v 0 0 0\nv 1 0\nv 0 1 0\n", "must list three corners or more"),
         ("block.obj", b"v 0 0 nan\nv 1 0 0\nv 0 1 0\n", "must list three corners or more"),
         ("block.obj", b"\xff\xfe", "must list three corners or more"),
-        ("block.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "must have a width and a height"),
+        ("block.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "must have a width and a height"),
+        ("block.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 1\n", r"must have a face .*got '3 vertices'"),
+        ("block.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 1\nl 1 2\np 3\n", "must have a face"),
+        ("block.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 9\n", "vertices that there are, at most 3; got 9"),
+        ("block.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 -4\n", "by vertices that there are; got '1 2 -4'"),
+        ("block.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 1\nf 0 1 2\n", "by vertices that there are"),
+        ("block.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2\n", "must name three corners"),
+        ("block.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 x\n", "must name three corners"),
+        ("block.obj", NOTCHED, "a face of mesh block/block.obj must be convex; got 5"),
+        ("block.obj", b"v 0,0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\n", "must list three corners or more"),
         ("second.png", b"", "at most one PNG file"),
         ("object.json", b'{"scale": -1}', "scale must lie in"),
         ("object.json", b'{"size": 1}', "no keys but scale, up and turn"),
@@ -125,13 +139,137 @@ def test_an_absent_an_empty_and_an_ill_named_folder_are_refused(tmp_path):
         read_meshes(tmp_path)
 
 
-def test_a_mesh_without_faces_or_a_damaged_texture_is_an_error(opengl, tmp_path):
-    for name, file, content in (
-        ("faces", "block.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 9\n"),
-        ("paint", "paint.png", b"PNG"),
-    ):
-        folder = block(tmp_path / name / "block")
-        (folder / "block" / file).write_bytes(content)
-        objects = read_meshes(folder)
-        with pytest.raises(InputError, match="must be such that MuJoCo can load it"):
-            SceneRenderer(watched("block", objects["block"].sha256), SIZE, objects)
+def test_a_damaged_texture_is_an_error(opengl, tmp_path):
+    folder = block(tmp_path / "paint" / "block")
+    (folder / "block" / "paint.png").write_bytes(b"PNG")
+    objects = read_meshes(folder)
+    with pytest.raises(InputError, match="must be such that MuJoCo can load it"):
+        SceneRenderer(watched("block", objects["block"].sha256), SIZE, objects)
+
+
+# Forms of OBJ files: what is drawn is what the file says, by its silhouette and its colours -------------
+
+VERTICES = "".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS)
+FACES = [f"f {' '.join(map(str, side))}\n" for side in SIDES]
+PAINTED = "vt .5 .5\n" + "".join(f"f {' '.join(f'{k}/1' for k in side)}\n" for side in SIDES)
+MTL = (
+    "newmtl red\nKd 0.9 0.05 0.05\nKs 1 1 1\nNs 9\nd 1.000\n"
+    "newmtl blue\nKd 0.05 0.05 0.9\n"
+    "newmtl photo\nKd 0 0 0\nmap_Kd skin.jpg\n"
+)
+FRONT = 5
+"""The side towards +x, which the reference camera sees."""
+GREEN = (20, 220, 40)
+
+
+def picture(suffix, colour):
+    """A file of one colour, blue first."""
+    return cv2.imencode(suffix, np.full((8, 8, 3), colour, np.uint8))[1].tobytes()
+
+
+def seen(folder, files):
+    """What the reference camera sees of the files of one object: its pixels and its model."""
+    place = folder / "m" / "thing"
+    place.mkdir(parents=True)
+    for name, content in {"object.json": '{"scale": 0.1}', **files}.items():
+        (place / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    objects = read_meshes(folder / "m")
+    with SceneRenderer(watched("thing", objects["thing"].sha256), SIZE, objects) as renderer:
+        return renderer.view("reference", SIZE), objects["thing"]
+
+
+WHOLE = {
+    "as it is": VERTICES + "".join(FACES),
+    "one group": "o all\ng part\n" + VERTICES + "".join(FACES),
+    "groups": VERTICES + "g one\n" + "".join(FACES[:3]) + "g two\n" + "".join(FACES[3:]),
+    "objects": VERTICES + "o one\n" + "".join(FACES[:3]) + "o two\n" + "".join(FACES[3:]),
+    "negative": VERTICES + "".join(f"f {' '.join(str(k - 9) for k in side)}\n" for side in SIDES),
+    "triangles": VERTICES + "".join(f"f {a} {b} {c}\nf {a} {c} {d}\n" for a, b, c, d in SIDES),
+    "a mark": "\ufeff" + VERTICES + "".join(FACES),
+    "carriage returns": (VERTICES + "".join(FACES)).replace("\n", "\r\n"),
+    "continued": VERTICES + "".join(FACES).replace(" ", " \\\n "),
+    "indented": ("\n" + VERTICES).replace("\nv ", "\n  v\t") + "".join(FACES),
+    "normals": VERTICES
+    + "vn 1 0 0\n"
+    + "".join(f"f {' '.join(f'{k}//1' for k in side)}\n" for side in SIDES),
+    "a vertex more": VERTICES + "v 0.5 0.5 1\n" + "".join(FACES),
+}
+
+
+@pytest.mark.parametrize("form", WHOLE)
+@pytest.mark.parametrize("name", ["thing.obj", "THING.OBJ"])
+def test_every_face_of_an_obj_file_is_drawn(opengl, tmp_path, form, name):
+    view, model = seen(tmp_path, {name: WHOLE[form]})
+    rows, columns = np.nonzero(view.mask)
+    size = np.count_nonzero(view.mask), np.ptp(rows) + 1, np.ptp(columns) + 1
+    assert size == (384, 24, 16), (form, size)  # as a block of 0.1 x 0.2 x 0.3 m is seen from its side
+    assert model.left_out == ()
+
+
+def test_groups_behind_the_first_are_drawn_where_they_stand(opengl, tmp_path):
+    second = "".join(f"v {x} {y + 4} {z}\n" for x, y, z in CORNERS)
+    faces = "".join(f"f {' '.join(str(k + 8) for k in side)}\n" for side in SIDES)
+    view, _ = seen(tmp_path, {"a.obj": f"{VERTICES}g one\n{''.join(FACES)}{second}g two\n{faces}"})
+    columns = np.flatnonzero(view.mask.any(axis=0))
+    # Two blocks of 16, and as much between them, where their sides are seen from between.
+    assert 32 <= columns.size <= 36, columns
+    assert np.ptp(columns) + 1 == 48, columns
+
+
+def test_each_face_has_the_colour_or_the_texture_of_its_material(opengl, tmp_path):
+    for k, (front, wanted) in enumerate({"red": 0, "blue": 2, "photo": 1}.items()):
+        other = "blue" if front == "red" else "red"
+        rest = "".join(FACES[:FRONT])
+        mesh = f"mtllib a.mtl\n{VERTICES}vt .5 .5\nusemtl {other}\n{rest}usemtl {front}\n"
+        mesh += FACES[FRONT] if front != "photo" else PAINTED.splitlines()[-1] + "\n"
+        files = {"a.obj": mesh, "a.mtl": MTL, "skin.jpg": picture(".jpg", GREEN)}
+        view, model = seen(tmp_path / str(k), files)
+        colour = view.picture[view.mask > 0].mean(axis=0)
+        assert colour.argmax() == wanted, (front, colour)
+        assert colour[wanted] > 3 * np.delete(colour, wanted).max(), (front, colour)
+        unused = ["thing/skin.jpg (not used)"] if front != "photo" else []
+        assert list(model.left_out) == unused, model.left_out
+
+
+def test_a_common_png_colours_what_has_no_texture_of_its_own(opengl, tmp_path):
+    mesh = f"mtllib a.mtl\n{VERTICES}usemtl red\n{PAINTED}"
+    view, _ = seen(tmp_path, {"a.obj": mesh, "a.mtl": MTL, "Paint.PNG": picture(".png", GREEN)})
+    red, green, blue = view.picture[view.mask > 0].mean(axis=0)
+    assert green > 3 * max(red, blue), (red, green, blue)
+
+
+def test_a_texture_that_is_missing_or_no_picture_is_refused(tmp_path):
+    for name, content in (("absent", None), ("text", b"no picture")):
+        place = tmp_path / name / "thing"
+        place.mkdir(parents=True)
+        (place / "a.obj").write_text(f"mtllib a.mtl\n{VERTICES}usemtl photo\n{''.join(FACES)}")
+        (place / "a.mtl").write_text(MTL)
+        if content is not None:
+            (place / "skin.jpg").write_bytes(content)
+        with pytest.raises(InputError, match=r"skin\.jpg must be (readable|a picture)"):
+            read_meshes(tmp_path / name)
+
+
+def test_what_of_a_mesh_is_not_drawn_is_named(tmp_path):
+    place = tmp_path / "thing"
+    place.mkdir()
+    coloured = VERTICES.replace("\n", " 1 0 0\n")
+    (place / "a.obj").write_text(
+        f"mtllib a.mtl\nmtllib b.mtl\n{coloured}usemtl gold\n{''.join(FACES)}l 1 2\n"
+    )
+    (place / "a.mtl").write_text("newmtl glass\nKd 1 1 1\nd 0.5\nmap_Bump b.png\nKd spectral x.rfl\n")
+    for name in ("b.stl", "skin.jpg", ".hidden"):
+        (place / name).write_bytes(b"x")
+    (tmp_path / "loose.obj").write_text("x")
+    assert set(read_meshes(tmp_path)["thing"].left_out) == {
+        "thing/a.obj: colours of vertices",
+        "thing/a.obj: 'l'",
+        "thing/b.mtl (named by an OBJ file, but not there)",
+        "thing/a.mtl: 'd' of glass",
+        "thing/a.mtl: 'map_Bump' of glass",
+        "thing/a.mtl: 'Kd spectral x.rfl' of glass",
+        "thing/the colour of material gold, which no MTL file defines",
+        "thing/b.stl (not used)",
+        "thing/skin.jpg (not used)",
+    }
+    assert unread_meshes(tmp_path) == ("loose.obj (not in the folder of an object)",)
