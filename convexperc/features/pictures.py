@@ -71,10 +71,12 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
 def as_rgb(array: object, name: str) -> Picture:
     """Convert an array of pixels to 8-bit RGB, exactly.
 
-    * 16 bits to 8: ``v >> 8``, so that ``x * 256`` and ``x * 257`` both give back ``x``. Where the brightest
-      value is below a quarter of white, a `PictureWarning` says so: the values may be of 10, 12 or 14 bits.
+    * 16 bits to 8: ``v >> 8``, so that ``x * 256`` and ``x * 257`` both give back ``x``.
     * Gray: R = G = B = gray.
     * Alpha: composited on black, ``(c * a + 127) // 255``, after the reduction to 8 bits.
+
+    Where the brightest of 16-bit values is below a quarter of white, a `PictureWarning` says so: they may
+    be of 10, 12 or 14 bits.
 
     Parameters
     ----------
