@@ -86,6 +86,16 @@ def test_one_topic_alone_holds_nothing_of_the_others(tmp_path, monkeypatch):
     assert [number_of(frame.picture) for frame in iterator] == list(range(1, 10))
 
 
+def test_a_topic_that_is_closed_before_it_is_read_holds_nothing(tmp_path, monkeypatch):
+    path, _ = made(tmp_path, "mcap")
+    monkeypatch.setattr(bags, "HELD_BYTES", 100)
+    sources = open_sources(robots(path))
+    with sources["Alpha"] as closed:
+        iter(closed)
+        bob = iter(sources["Bob"])
+    assert [number_of(frame.picture) for frame in bob] == list(range(1000, 1010))
+
+
 def test_a_topic_that_falls_silent_holds_up_nothing(tmp_path, monkeypatch):
     """Alpha sends at the beginning and at the end; what Bob sends between is not kept until then."""
     path, data = tmp_path / "run", png(picture(1))

@@ -224,9 +224,36 @@ def test_a_video_that_is_cut_says_so(tmp_path):
     assert any("ends after" in line for line in source.remarks)
 
 
+def test_a_video_without_time_stamps_has_times_by_its_rate_and_says_so(tmp_path, monkeypatch):
+    class Without:
+        """A video of three frames, of which all have the time 0."""
+
+        def __init__(self, *_):
+            self.left = 3
+
+        def isOpened(self):  # noqa: N802 - OpenCV's name
+            return True
+
+        def get(self, what):
+            return {cv2.CAP_PROP_FPS: 20.0, cv2.CAP_PROP_FRAME_COUNT: 3.0}.get(what, 0.0)
+
+        def read(self):
+            self.left -= 1
+            return self.left >= 0, picture(1)
+
+        def release(self):
+            pass
+
+    monkeypatch.setattr("convexperc.inputs.stored.capture_of", Without)
+    (tmp_path / "v.avi").write_bytes(b"x")
+    source = open_source(str(tmp_path / "v.avi"))
+    assert [frame.time for frame in source] == pytest.approx([0.0, 0.05, 0.1])
+    assert source.remarks == ("time stamps do not increase: such frames follow at 20 frames a second",)
+
+
 def test_what_is_no_video_is_refused_without_noise(tmp_path):
     for name in ("a.mp4", "a.avi", "a.mkv"):
-        (tmp_path / name).write_bytes(b"no video " * 300)
+        (tmp_path / name).write_bytes(b"\0\0\0\x18ftypisom\0\0\2\0isomiso2" + b"no video " * 300)
     code = """if True:
         import sys
         from convexperc.inputs import open_source

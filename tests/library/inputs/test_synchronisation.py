@@ -6,7 +6,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from made_sources import Listed, Lone, number_of, picture
 
@@ -50,7 +50,12 @@ def read(sources, **options):
     return [(m.time, {robot: number_of(view) for robot, view in m.views.items()}) for m in found], found
 
 
+CHAIN = [[10.0, 11.25], [10.75, 12.0], [9.75, 12.0], [8.75, 12.0]]
+"""With a slop of 1, whether 8.75 leads depends on 9.75, that on 10.75, and that on what follows 11.25."""
+
+
 @given(tracks, slops)
+@example([(times, set()) for times in CHAIN], 1.0)
 def test_moments_are_those_of_the_definition(made, slop):
     sources = {f"r{k}": Listed(times, broken) for k, (times, broken) in enumerate(made)}
     got, found = read(sources, slop=slop)
