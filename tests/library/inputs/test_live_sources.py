@@ -224,8 +224,11 @@ def test_closing_on_the_way_ends_the_thread(cameras):
     with moments({"a": source}, slop=0.1) as found:
         next(found)
         device.give(2)
+        until(lambda: source.waiting)
         device.give(3)
-    assert found.counts["a"].ended == ""
+    counts = found.counts["a"]
+    assert counts.ended == ""
+    assert counts.used + counts.dropped == counts.frames
     device.give(None)
     until(device.released.is_set)
 

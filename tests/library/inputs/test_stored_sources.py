@@ -270,6 +270,7 @@ def test_what_is_no_video_is_refused_without_noise(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("OpenCV can") == 3, done.stdout
+    assert len(done.stdout.splitlines()) == 3, done.stdout
     assert done.stderr == ""
 
 
