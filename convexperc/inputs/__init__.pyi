@@ -1,5 +1,6 @@
 from .frames import Frame, Source
-from .opening import GRAMMAR, open_source, open_sources
+from .grammar import GRAMMAR
+from .opening import open_source, open_sources
 from .regions import Region, cropped, masked, read_mask
 from .results import Hypothesis, ResultBag
 from .synchronisation import Moment, Moments, moments
