@@ -75,8 +75,8 @@ def as_rgb(array: object, name: str) -> Picture:
     * Gray: R = G = B = gray.
     * Alpha: composited on black, ``(c * a + 127) // 255``, after the reduction to 8 bits.
 
-    Where the brightest of 16-bit values is below a quarter of white, a `PictureWarning` says so: they may
-    be of 10, 12 or 14 bits.
+    Where the brightest value of 16 bits is below a quarter of white, a `PictureWarning` says so: the values
+    may be of 10, 12 or 14 bits.
 
     Parameters
     ----------
