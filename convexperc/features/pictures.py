@@ -155,7 +155,8 @@ def is_flat(pixels: NDArray[Any]) -> bool:
     """
     whole = np.asarray(pixels)
     parts = (whole[:1], whole)  # the first row decides of most pictures
-    return all((np.ptp(_as_rgb(part), axis=(0, 1)) <= FLAT_RANGE).all() for part in parts)
+    channels = (channel for part in parts for channel in cv2.split(_as_rgb(part)))
+    return all(high - low <= FLAT_RANGE for low, high, _, _ in map(cv2.minMaxLoc, channels))
 
 
 def to_gray(image: Picture) -> GrayPicture:
