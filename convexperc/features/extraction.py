@@ -71,13 +71,27 @@ def extract(
         raise FeatureError(
             "images", value=images.shape, must="must be several pictures, not one", remedy=remedy
         )
+    return describe((as_rgb(image, f"images[{i}]") for i, image in enumerate(images)), configuration, recent)
+
+
+def describe(
+    pictures: Iterable[Picture], configuration: FeatureConfiguration, recent: RecentFeatures | None = None
+) -> Float[np.ndarray, "n d"]:
+    """`extract` for pictures that `as_rgb` has made already; they must not change.
+
+    Raises
+    ------
+    FeatureError
+        There is no picture.
+    MissingExtraError, FileFormatError
+        See `extract`.
+    """
     if configuration.network is not None:
         require_network()
-    pictures = (as_rgb(image, f"images[{i}]") for i, image in enumerate(images))
-    describe = partial(_describe_all, configuration=configuration)
+    describe_all = partial(_describe_all, configuration=configuration)
     rows: list[Row] = []
     for batch in _batches(pictures):
-        rows += describe(batch) if recent is None else recent.rows(batch, configuration, describe)
+        rows += describe_all(batch) if recent is None else recent.rows(batch, configuration, describe_all)
     if not rows:
         raise FeatureError("images", value=rows, must="must hold at least one picture")
     matrix = np.stack(rows)

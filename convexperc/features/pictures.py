@@ -4,7 +4,7 @@ import operator
 import os
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -20,6 +20,8 @@ Picture = UInt8[np.ndarray, "h w 3"]
 Pictures = list[UInt8[np.ndarray, "_ _ 3"]]
 """Each has its own size."""
 GrayPicture = UInt8[np.ndarray, "h w"]
+Channels = Literal["RGB", "BGR"]
+"""Order of the channels of an array, with alpha last where there is one."""
 
 FLAT_RANGE = 4
 """Levels of 255 by which a picture may vary and still be of one color: noise of a sensor in the dark."""
@@ -68,7 +70,7 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
     return as_rgb(decode(data, name), name)
 
 
-def as_rgb(array: object, name: str) -> Picture:
+def as_rgb(array: object, name: str, channels: Channels = "RGB") -> Picture:
     """Convert an array of pixels to 8-bit RGB, exactly.
 
     * 16 bits to 8: ``v >> 8``, so that ``x * 256`` and ``x * 257`` both give back ``x``.
@@ -81,10 +83,12 @@ def as_rgb(array: object, name: str) -> Picture:
     Parameters
     ----------
     array : ndarray of uint8 or uint16
-        (h, w) or (h, w, 1) gray, (h, w, 3) RGB, (h, w, 4) RGB and alpha. OpenCV's own arrays are
-        B, G, R: reverse their last axis first.
+        (h, w) or (h, w, 1) gray, (h, w, 3) RGB, (h, w, 4) RGB and alpha. It may be read-only, a view of a
+        buffer that is used again, or have any strides.
     name : str
         How an error names the picture.
+    channels : {"RGB", "BGR"}
+        "BGR" for OpenCV's own arrays, and for the encodings bgr8 and bgra8 of ROS: B, G, R, and then alpha.
 
     Returns
     -------
@@ -94,8 +98,11 @@ def as_rgb(array: object, name: str) -> Picture:
     ------
     ImageError
         Not an array, masked pixels, another type of number (floats are refused, because their local binary
-        patterns differ from those of 8-bit values), another shape, or a size out of range (see `read_image`).
+        patterns differ from those of 8-bit values), another shape, a size out of range (see `read_image`), or
+        another order of channels.
     """
+    if channels not in ("RGB", "BGR"):
+        raise ImageError("channels", value=channels, must="must be 'RGB' or 'BGR'")
     if not isinstance(array, np.ndarray):
         raise ImageError(name, value=type(array).__name__, must="must be a NumPy array of uint8 or uint16")
     if isinstance(array, np.ma.MaskedArray) and np.ma.is_masked(array):
@@ -118,6 +125,8 @@ def as_rgb(array: object, name: str) -> Picture:
     if pixels.dtype.itemsize == 2:
         _warn_of_dark(pixels, name)
     rgb = _as_rgb(pixels)
+    if channels == "BGR":
+        cv2.cvtColor(rgb, cv2.COLOR_BGR2RGB, dst=rgb)
     rgb.flags.writeable = False
     return rgb
 

@@ -10,6 +10,7 @@ from .calibration import (
 )
 from .decision import Decision
 from .each_view import EachView
+from .frames import Frames, Masks
 from .held_out import held_out_scenes
 from .label import Options, decide, decided_by, recognize, recognize_path
 from .narrowing import narrowed_answers
@@ -34,7 +35,9 @@ __all__ = [
     "Counts",
     "Decision",
     "EachView",
+    "Frames",
     "Judgement",
+    "Masks",
     "NamedPictures",
     "Options",
     "Origin",

@@ -11,14 +11,15 @@ from jaxtyping import Float, UInt8
 
 from convexperc.errors import FileFormatError, ImageError, InputError, TemplateNameError
 from convexperc.features.configuration import FeatureConfiguration
-from convexperc.features.extraction import extract
+from convexperc.features.extraction import describe
 from convexperc.features.folders import Folder
-from convexperc.features.pictures import Picture, is_flat, list_images, read_image
+from convexperc.features.pictures import Channels, Picture, as_rgb, is_flat, list_images, read_image
 from convexperc.features.recent import RecentFeatures
 from convexperc.files import placed
 from convexperc.problem.column_files import open_columns
 from convexperc.problem.library import TemplateLibrary
 from convexperc.problem.modalities import Modalities
+from convexperc.recognition.frames import Frames, Masks, Seen
 from convexperc.recognition.label import Options, recognize
 from convexperc.recognition.recognition import Recognition
 
@@ -47,14 +48,21 @@ class References:
     recent: RecentFeatures = field(default_factory=RecentFeatures, repr=False)
 
     @classmethod
-    def of(cls, pictures: ReferencePictures, configuration: FeatureConfiguration) -> "References":
+    def of(
+        cls,
+        pictures: ReferencePictures,
+        configuration: FeatureConfiguration,
+        channels: Channels = "RGB",
+    ) -> "References":
         """Describe each object's pictures.
 
         Parameters
         ----------
         pictures : mapping of str to uint8 (h, w, 3), or to a mapping of str to such pictures
-            Each object's name and picture, or its pictures by their own names.
+            Each object's name and picture, or its pictures by their own names; see `as_rgb` for other forms.
         configuration : FeatureConfiguration
+        channels : {"RGB", "BGR"}
+            Order of the channels of all pictures: "BGR" for those that OpenCV has read.
 
         Raises
         ------
@@ -62,6 +70,8 @@ class References:
             Fewer than two objects: the only one would be recognised in any view.
         TemplateNameError
             An object without a picture; a name that another reference has.
+        ImageError
+            A picture cannot be used; the reference is named.
         """
         if len(pictures) < 2:
             must = "must show at least two objects"
@@ -77,7 +87,9 @@ class References:
                 shown.append(name)
                 names.append(f"{name}/{reference}" if reference else name)
                 parts.append(part)
-        columns = extract(parts, configuration).T
+        named = zip(names, parts, strict=True)
+        rgb = (as_rgb(part, f"the picture of reference {name!r}", channels) for name, part in named)
+        columns = describe(rgb, configuration).T
         columns.flags.writeable = False
         library = TemplateLibrary(
             columns, names=names, objects=None if names == shown else shown,
@@ -244,12 +256,14 @@ def _read(places: Mapping[str, Path]) -> NamedPictures:
 
 
 def perceive(
-    views: NamedPictures,
+    views: Frames,
     references: References,
     *,
     lambda1: float,
     lambda2: float,
     lambda3: float,
+    channels: Channels = "RGB",
+    masks: Masks | None = None,
     start: Recognition | None = None,
     **options: Unpack[Options],
 ) -> Recognition:
@@ -257,12 +271,22 @@ def perceive(
 
     Parameters
     ----------
-    views : mapping of str to uint8 (h, w, 3)
-        Each robot's name and picture; one view is enough.
+    views : mapping of str to uint8 (h, w, 3) or None, or sequence of these
+        Each robot's name and frame, or frames alone, whose robots are then called ``robot 1`` and so on; see
+        `as_rgb` for other forms of a frame. One view is enough. A robot whose frame is None is left out, and
+        `Recognition.warnings` says so.
     references : References
         Its `recent` keeps these views and their features until the next call.
-    lambda1, lambda2, lambda3, start, **options
+    lambda1, lambda2, lambda3, **options
         See `recognize`.
+    channels : {"RGB", "BGR"}
+        Order of the channels of all frames: "BGR" for those that OpenCV delivers.
+    masks : mapping of str to bool or uint8 (h, w), optional
+        For a robot by name, what of its frame counts: the pixels outside, where the mask is 0, become black.
+        The references should be masked in the same way.
+    start : Recognition, optional
+        An earlier one; see `recognize`. One of another number of views, such as before a robot had a frame or
+        after it has lost it, is not used, which costs iterations and changes no bound's validity.
 
     Returns
     -------
@@ -274,21 +298,26 @@ def perceive(
     ------
     FeatureError
         No view at all.
+    ImageError
+        No robot has a frame, or a frame or a mask cannot be used; the robot is named.
+    RobotNameError
+        A mask for a robot that is not among the views.
     ProblemError, DecisionError, ToleranceError, StartError, SolverError
         See `recognize`.
     """
+    seen = Seen.of(views, channels, masks)
+    usable = not isinstance(start, Recognition) or len(start.views) == len(seen.names)
     found = recognize(
-        extract(views.values(), references.configuration, recent=references.recent),
+        describe(seen.pictures, references.configuration, references.recent),
         references.library,
         lambda1=lambda1,
         lambda2=lambda2,
         lambda3=lambda3,
-        views=tuple(views),
-        start=start,
+        views=seen.names,
+        start=start if usable else None,
         **options,
     )
-    flat = [name for name, view in views.items() if is_flat(view)]
-    if not flat:
-        return found
-    said = f"of one color are the views of {', '.join(flat)}: they show nothing"
-    return replace(found, warnings=(*found.warnings, said))
+    flat = [name for name, picture in zip(seen.names, seen.pictures, strict=True) if is_flat(picture)]
+    said = [f"of one color are the views of {', '.join(flat)}: they show nothing"] if flat else []
+    more = *seen.warnings, *said
+    return replace(found, warnings=(*found.warnings, *more)) if more else found
