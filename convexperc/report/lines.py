@@ -1,0 +1,110 @@
+"""One line of JSON for each moment of a stream."""
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from convexperc.recognition.calibration import Judgement
+from convexperc.recognition.recognition import Ranked, Recognition
+from convexperc.recognition.rules import Rules
+
+SCHEMA = "convexperc/recognition-line/1"
+
+
+def recognition_line(
+    time: float,
+    times: Mapping[str, float],
+    missing: Mapping[str, str],
+    found: Recognition | None,
+    judgement: Judgement | None = None,
+) -> dict[str, Any]:
+    """Return what is known at one moment as plain JSON values; a number is finite, or None.
+
+    The keys are the same for every moment; those of a moment without any view have the value None, or hold
+    nothing.
+
+    Parameters
+    ----------
+    time : float
+        Of the moment, in seconds.
+    times : mapping of str to float
+        Each robot that has a view, and the time of it.
+    missing : mapping of str to str
+        Each other robot, and why it has none.
+    found : Recognition or None
+        From these views; None if there is none.
+    judgement : Judgement, optional
+        Of `found`, by a calibration.
+    """
+    record: dict[str, Any] = {
+        "schema": SCHEMA,
+        "time": _finite(time),
+        "verdict": None,
+        "label": None,
+        "certified": None,
+        "acceptance": None,
+        "candidates": [],
+        "best": None,
+        "optimum": None,
+        "runner_up": None,
+        "margin": None,
+        "views": {name: _finite(each) for name, each in times.items()},
+        "missing": dict(missing),
+        "ranked_views": [],
+        "ranked_modalities": [],
+        "rules": None,
+        "reason": "no robot has a view",
+        "warnings": [],
+        "milliseconds": None,
+    }
+    return record if found is None else record | _recognised(found, judgement)
+
+
+def line_text(record: Mapping[str, Any]) -> str:
+    """Return one line of ASCII, without its end."""
+    return json.dumps(record, allow_nan=False, separators=(", ", ": "))
+
+
+def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, Any]:
+    best = found.template()
+    record: dict[str, Any] = {
+        "verdict": found.verdict.value,
+        "label": found.label,
+        "certified": found.certified,
+        "candidates": list(found.candidates),
+        "best": best.name,
+        "optimum": _interval(best.interval),
+        "runner_up": found.runner_up,
+        "margin": None if found.margin is None else _interval(found.margin),
+        "ranked_views": _ranked(found.ranked_views()),
+        "ranked_modalities": _ranked(found.ranked_modalities()),
+        "rules": _rules(Rules.of(found)),
+        "reason": found.reason,
+        "warnings": list(found.warnings),
+    }
+    if judgement is not None:
+        record["acceptance"] = {
+            "verdict": judgement.acceptance.value,
+            "accepted": list(judgement.accepted),
+        }
+    return record
+
+
+def _rules(rules: Rules) -> dict[str, Any]:
+    named = {name: getattr(rules, name) for name in ("mean", "vote", "best_view")}
+    return named | {"votes": rules.votes, "disagreeing": list(rules.disagreeing)}
+
+
+def _ranked(ranking: Iterable[Ranked]) -> list[dict[str, Any]]:
+    return [
+        {"name": each.name, "weight": _finite(each.weight), "share": _finite(each.share)} for each in ranking
+    ]
+
+
+def _interval(ends: tuple[float, float]) -> dict[str, float | None]:
+    return {"lower": _finite(ends[0]), "upper": _finite(ends[1])}
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

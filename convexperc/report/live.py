@@ -1,0 +1,114 @@
+"""The live view of a stream: what is recognised now, by which robots, and which are missing."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Group, RenderableType
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from convexperc.errors import escaped
+from convexperc.report.tables import above, below
+
+BAR = 24
+"""Columns of the longest bar."""
+_STYLES = {"proved": "bold green", "undecided": "bold yellow", "tie": "bold yellow"}
+
+
+def live_view(line: Mapping[str, Any], robots: Iterable[str], rate: float | None = None) -> RenderableType:
+    """Return the view of one moment, for Rich.
+
+    Parameters
+    ----------
+    line : mapping
+        See `recognition_line`.
+    robots : iterable of str
+        All robots, in the order of their rows.
+    rate : float, optional
+        Moments a second.
+    """
+    parts: list[RenderableType] = [_facts(line, rate), _robots(line, robots)]
+    parts += [Text(escaped(f"warning: {each}"), style="yellow") for each in line["warnings"]]
+    return Panel(Group(*parts), title="convexperc recognize", expand=False, padding=(0, 1))
+
+
+def _facts(line: Mapping[str, Any], rate: float | None) -> Table:
+    grid = Table.grid(padding=(0, 2))
+    grid.add_column(style="dim", no_wrap=True)
+    grid.add_column(overflow="fold")
+    grid.add_row("object", _object(line))
+    if line["acceptance"] is not None:
+        judged = line["acceptance"]
+        names = f" ({', '.join(judged['accepted'])})" if judged["accepted"] else ""
+        grid.add_row("calibrated", escaped(f"{judged['verdict']}{names}"))
+    grid.add_row("optimum", _bounds(line["optimum"], "{} <= F* <= {}", 8))
+    margin = _bounds(line["margin"], "{} to {}", 4)
+    grid.add_row("margin", escaped(f"{margin} before {line['runner_up']}" if line["margin"] else margin))
+    if line["rules"] is not None and line["rules"]["disagreeing"]:
+        grid.add_row("disagreeing", escaped(", ".join(line["rules"]["disagreeing"])))
+    grid.add_row("time", _clock(line, rate))
+    return grid
+
+
+def _object(line: Mapping[str, Any]) -> Text:
+    """The label with its verdict, or what may be it."""
+    if line["verdict"] is None:
+        return Text(line["reason"], style="bold red")
+    shown = line["label"] or " or ".join(line["candidates"][:4])
+    more = len(line["candidates"]) - 4
+    if line["label"] is None and more > 0:
+        shown += f" or {more} more"
+    text = Text(escaped(shown), style=_STYLES[line["verdict"]])
+    text.append(f"  {line['verdict']}", style="default not bold")
+    if line["certified"] is False:
+        text.append(", not certified", style="yellow not bold")
+    return text
+
+
+def _bounds(interval: Mapping[str, float | None] | None, form: str, digits: int) -> str:
+    if interval is None:
+        return "-"
+    lower, upper = interval["lower"], interval["upper"]
+    ends = "-inf" if lower is None else below(lower, digits), "inf" if upper is None else above(upper, digits)
+    return form.format(*ends)
+
+
+def _clock(line: Mapping[str, Any], rate: float | None) -> str:
+    said = "-" if line["time"] is None else f"{line['time']:.3f} s"
+    if line["milliseconds"] is not None:
+        said += f", recognised in {line['milliseconds']:.1f} ms"
+    return said if rate is None else f"{said}, {rate:.1f} moments a second"
+
+
+def _robots(line: Mapping[str, Any], robots: Iterable[str]) -> Table:
+    """A row for each robot, in an order that does not change; the missing ones with the reason."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    table.add_column("robot", overflow="fold")
+    for name in ("weight", "share"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    table.add_column("view", justify="right", no_wrap=True)
+    ranked = {each["name"]: each for each in line["ranked_views"]}
+    for name in robots:
+        if name in ranked:
+            table.add_row(escaped(name), *_weights(ranked[name]), _offset(line, name))
+        else:
+            reason = line["missing"].get(name, "no view")
+            table.add_row(escaped(name), "", "", Text(escaped(f"missing: {reason}"), style="red"), "")
+    return table
+
+
+def _weights(entry: Mapping[str, Any]) -> tuple[str, str, Text]:
+    weight = "inf" if entry["weight"] is None else f"{entry['weight']:.4f}"
+    share = entry["share"] or 0.0
+    return weight, f"{100 * share:.1f} %", Text("\N{FULL BLOCK}" * round(BAR * share), style="blue")
+
+
+def _offset(line: Mapping[str, Any], name: str) -> str:
+    """How much the view is later than the moment, in milliseconds."""
+    time = line["views"].get(name)
+    if time is None or line["time"] is None:
+        return ""
+    return f"{1000 * (time - line['time']):+.0f} ms"
