@@ -14,6 +14,7 @@ SCHEMA = "convexperc/recognition-line/1"
 
 def recognition_line(
     time: float,
+    nanoseconds: int,
     times: Mapping[str, float],
     missing: Mapping[str, str],
     found: Recognition | None,
@@ -28,6 +29,8 @@ def recognition_line(
     ----------
     time : float
         Of the moment, in seconds.
+    nanoseconds : int
+        The same, exactly that of the time stamp where the source gives nanoseconds.
     times : mapping of str to float
         Each robot that has a view, and the time of it.
     missing : mapping of str to str
@@ -40,6 +43,7 @@ def recognition_line(
     record: dict[str, Any] = {
         "schema": SCHEMA,
         "time": _finite(time),
+        "nanoseconds": nanoseconds,
         "verdict": None,
         "label": None,
         "certified": None,

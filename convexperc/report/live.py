@@ -1,5 +1,6 @@
 """The live view of a stream: what is recognised now, by which robots, and which are missing."""
 
+import textwrap
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -12,8 +13,8 @@ from rich.text import Text
 from convexperc.errors import escaped
 from convexperc.report.tables import above, below
 
-BAR = 24
-"""Columns of the longest bar."""
+WIDTH, BAR, LONGEST = 80, 24, 140
+"""Columns of the view, of the longest bar, and of a reason in all; the line of JSON has the whole of it."""
 _STYLES = {"proved": "bold green", "undecided": "bold yellow", "tie": "bold yellow"}
 
 
@@ -29,9 +30,9 @@ def live_view(line: Mapping[str, Any], robots: Iterable[str], rate: float | None
     rate : float, optional
         Moments a second.
     """
-    parts: list[RenderableType] = [_facts(line, rate), _robots(line, robots)]
+    parts: list[RenderableType] = [_facts(line, rate), _robots(line, robots), *_missing(line)]
     parts += [Text(escaped(f"warning: {each}"), style="yellow") for each in line["warnings"]]
-    return Panel(Group(*parts), title="convexperc recognize", expand=False, padding=(0, 1))
+    return Panel(Group(*parts), title="convexperc recognize", width=WIDTH, padding=(0, 1))
 
 
 def _facts(line: Mapping[str, Any], rate: float | None) -> Table:
@@ -45,7 +46,7 @@ def _facts(line: Mapping[str, Any], rate: float | None) -> Table:
         grid.add_row("calibrated", escaped(f"{judged['verdict']}{names}"))
     grid.add_row("optimum", _bounds(line["optimum"], "{} <= F* <= {}", 8))
     margin = _bounds(line["margin"], "{} to {}", 4)
-    grid.add_row("margin", escaped(f"{margin} before {line['runner_up']}" if line["margin"] else margin))
+    grid.add_row("margin", escaped(f"{margin} ahead of {line['runner_up']}" if line["margin"] else margin))
     if line["rules"] is not None and line["rules"]["disagreeing"]:
         grid.add_row("disagreeing", escaped(", ".join(line["rules"]["disagreeing"])))
     grid.add_row("time", _clock(line, rate))
@@ -83,21 +84,28 @@ def _clock(line: Mapping[str, Any], rate: float | None) -> str:
 
 
 def _robots(line: Mapping[str, Any], robots: Iterable[str]) -> Table:
-    """A row for each robot, in an order that does not change; the missing ones with the reason."""
+    """A row for each robot, in an order that does not change; a missing one has no weight."""
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
     table.add_column("robot", overflow="fold")
     for name in ("weight", "share"):
         table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True)
+    table.add_column("", no_wrap=True, min_width=BAR)
     table.add_column("view", justify="right", no_wrap=True)
     ranked = {each["name"]: each for each in line["ranked_views"]}
     for name in robots:
         if name in ranked:
             table.add_row(escaped(name), *_weights(ranked[name]), _offset(line, name))
         else:
-            reason = line["missing"].get(name, "no view")
-            table.add_row(escaped(name), "", "", Text(escaped(f"missing: {reason}"), style="red"), "")
+            table.add_row(escaped(name), "", "", Text("missing", style="red"), "")
     return table
+
+
+def _missing(line: Mapping[str, Any]) -> list[Text]:
+    """Why robots are missing."""
+    reasons = (
+        (name, textwrap.shorten(why, LONGEST, placeholder=" ...")) for name, why in line["missing"].items()
+    )
+    return [Text(escaped(f"{name}: {why}"), style="red") for name, why in reasons]
 
 
 def _weights(entry: Mapping[str, Any]) -> tuple[str, str, Text]:
