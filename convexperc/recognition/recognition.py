@@ -207,6 +207,11 @@ class Recognition:
         return bool((self.excluded | self.answers.certified).all())
 
     @property
+    def squared_norms(self) -> Intervals:
+        """Bounds of the ||o_j||^2 of all templates."""
+        return compared_squares(self.answers)
+
+    @property
     def objects(self) -> tuple[str, ...]:
         """The known objects, in the order of their first templates."""
         return self.answers.data.library.objects
