@@ -1,0 +1,100 @@
+"""Where the outcome of each moment goes: lines of JSON, a bag, and the live view."""
+
+import math
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from convexperc import inputs, report
+from convexperc.cli.watching import Watch
+
+if TYPE_CHECKING:
+    from types import TracebackType
+    from typing import TextIO
+
+    from convexperc.inputs import Hypothesis, ResultBag
+    from convexperc.recognition import Recognition
+
+
+class Outputs:
+    """Where the lines go: to the standard output or a file, into a bag, and to the live view."""
+
+    def __init__(self, lines: "_LineWriter | None", bag: "ResultBag | None", watch: Watch | None) -> None:
+        self._lines, self._bag, self._watch = lines, bag, watch
+
+    def write(self, line: Mapping[str, Any], found: "Recognition | None") -> None:
+        """Write the line of a moment, and what it is of, to all of them."""
+        if self._lines is not None:
+            self._lines.write(report.line_text(line))
+        if self._bag is not None:
+            self._bag.write(line["nanoseconds"], _hypotheses(found), _details(line, found))
+        if self._watch is not None:
+            self._watch.show(line)
+
+
+@contextmanager
+def opened(robots: Sequence[str], jsonl: Path | None, results: Path | None, watch: bool) -> Iterator[Outputs]:
+    """Open the outputs; the bag is whole once the block is left, and is not there if that raises.
+
+    The lines go to the standard output if there is no file for them, but not into a terminal that shows the
+    live view.
+    """
+    view = Watch(robots) if watch else None
+    with ExitStack() as stack:
+        bag = None if results is None else stack.enter_context(inputs.ResultBag(results))
+        if view is not None:
+            stack.enter_context(view)
+        hidden = view is not None and view.shown and sys.stdout is not None and sys.stdout.isatty()
+        lines = None if hidden and jsonl is None else stack.enter_context(_LineWriter(jsonl))
+        yield Outputs(lines, bag, view)
+
+
+class _LineWriter:
+    """Lines on the standard output, or in a file that is begun with the first of them; each is flushed."""
+
+    def __init__(self, file: Path | None) -> None:
+        self._file = file
+        self._stream: TextIO | None = None
+
+    def __enter__(self) -> "_LineWriter":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: "TracebackType | None"
+    ) -> None:
+        if self._stream is not None:
+            self._stream.close()
+
+    def write(self, text: str) -> None:
+        if self._file is None:
+            typer.echo(text)
+            return
+        if self._stream is None:
+            self._stream = self._file.open("w", encoding="ascii", newline="\n")
+        self._stream.write(f"{text}\n")
+        self._stream.flush()
+
+
+def _hypotheses(found: "Recognition | None") -> "list[Hypothesis]":
+    """Each object by its best template, where its optimum is bounded."""
+    return [] if found is None else [inputs.Hypothesis(*each) for each in _bounded(found) if _usable(each)]
+
+
+def _bounded(found: "Recognition") -> list[tuple[str, float, float, float]]:
+    """Each object, the bounds of its optimum, and a lower bound of its ||o||^2."""
+    least, _ = found.squared_norms
+    return [(each.object, *each.interval, float(least[each.index])) for each in found.best_templates]
+
+
+def _usable(bounds: tuple[str, float, float, float]) -> bool:
+    return all(map(math.isfinite, bounds[1:])) and bounds[3] > 0.0
+
+
+def _details(line: Mapping[str, Any], found: "Recognition | None") -> dict[str, Any]:
+    names = ("verdict", "label", "certified", "acceptance", "candidates", "margin", "views", "missing")
+    unbounded = [] if found is None else [each[0] for each in _bounded(found) if not _usable(each)]
+    return {name: line[name] for name in names} | {"unbounded": unbounded}
