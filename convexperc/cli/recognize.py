@@ -2,13 +2,15 @@
 
 import os
 import time
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from convexperc import features, recognition, report
+from convexperc.cli import stream_options, streams
 from convexperc.cli.exits import exits
 from convexperc.cli.options import BUDGET, EPILOG, Json, Seconds, check_outputs, write
 from convexperc.cli.progress import working
@@ -78,31 +80,56 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         bool, typer.Option("--each-view", help="Also solve for each view alone, and add up the optima.")
     ] = False,
     seconds: Seconds = BUDGET,
+    view: stream_options.View = None,
+    region: stream_options.Part = None,
+    mask: stream_options.MaskFile = None,
+    slop: stream_options.Slop = stream_options.SLOP,
+    every: stream_options.Every = None,
+    rate: stream_options.Rate = stream_options.RATE,
+    strict: stream_options.Strict = False,
+    jsonl: stream_options.Jsonl = None,
+    results: stream_options.Results = None,
+    watch: stream_options.Watching = False,
 ) -> bool:
     """Run ``convexperc recognize``."""
-    if sample == (references is not None or views is not None) or (scene is not None and not sample):
+    viewed = views is not None or bool(view)
+    if sample == (references is not None or viewed) or (scene is not None and not sample):
         raise typer.BadParameter("give --references and --views, or --sample (and optionally --scene)")
-    if (references is None) != (views is None):
+    if (references is None) == viewed:
         raise typer.BadParameter("--references and --views go together")
     _say_left_out(references=references, views=views)
+    asked = streams.Asked(
+        view or (), region or (), mask or (), slop, every, rate, strict, jsonl, results, watch
+    )
     with working("working"):
         kind = None if figure is None else report.picture_kind(figure)
         read = {
             "--references": references, "--views": views, "--configuration": configuration,
             "--calibration": calibration,
         }  # fmt: skip
-        check_outputs({"--json": json, "--picture": figure}, read, {"--references": 1})
-        heading, prepared, seen = _asked(references, views, scene, configuration)
-        found = recognition.perceive(
-            seen, prepared, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, prune=False,
-            decision=decide.value.replace("-", " "), seconds=seconds,
+        outputs = {"--json": json, "--picture": figure}
+        check_outputs(outputs, read, {"--references": 1})
+        asked.check(outputs, read)
+        heading, prepared, seen, told = _asked(references, views, scene, configuration, asked)
+        recogniser = streams.Recogniser(
+            prepared,
+            {"lambda1": lambda1, "lambda2": lambda2, "lambda3": lambda3, "seconds": seconds,
+             "decision": decide.value.replace("-", " ")},
+            None if calibration is None else recognition.read_calibration(calibration),
         )  # fmt: skip
-        judged = None if calibration is None else recognition.read_calibration(calibration).judge(found)
-        alone = recognition.EachView.of(found) if each_view else None
-        record = report.recognition_record(found, prepared.configuration, judged, alone)
-        content = {} if json is None else {json: json_bytes(record)}
-        if figure is not None and kind is not None:
-            content[figure] = report.recognition_picture(found, seen, kind, judged)
+        if not isinstance(seen, streams.Stream):
+            found, judged = recogniser.perceive(seen, None)
+            alone = recognition.EachView.of(found) if each_view else None
+            record = report.recognition_record(found, prepared.configuration, judged, alone)
+            content = {} if json is None else {json: json_bytes(record)}
+            if figure is not None and kind is not None:
+                shown = {name: seen[name] for name in found.views}
+                content[figure] = report.recognition_picture(found, shown, kind, judged)
+    if isinstance(seen, streams.Stream):
+        seen.check({**outputs, "--each-view": each_view})
+        return seen.follow(recogniser, told)
+    for line in told:
+        typer.echo(escaped(line), err=True)
     write(content)
     tables = report.tables
     out = tables.console()
@@ -250,17 +277,28 @@ def warm() -> bool:
 
 
 def _asked(
-    references: Path | None, views: Path | None, scene: str | None, configuration: Path | None
-) -> "tuple[str, recognition.References, recognition.NamedPictures]":
-    """Return the heading, the known objects, and the views."""
+    references: Path | None,
+    views: Path | None,
+    scene: str | None,
+    configuration: Path | None,
+    asked: streams.Asked,
+) -> "tuple[str, recognition.References, Mapping[str, Any] | streams.Stream, list[str]]":
+    """Return the heading, the known objects, the views or what delivers them, and what to tell of these."""
+    if references is not None and asked.view:
+        taken, told = asked.take(views)
+        known = _known(references, configuration)
+        heading = f"{len(taken)} named views, {len(known.objects)} objects in {references}"
+        return heading, known, taken, told
     if references is not None and views is not None:
         known, seen = _known(references, configuration), recognition.read_pictures(views)
-        return f"{len(seen)} views in {views}, {len(known.objects)} objects in {references}", known, seen
+        heading = f"{len(seen)} views in {views}, {len(known.objects)} objects in {references}"
+        return heading, known, seen, []
     names = recognition.sample_names()
     shown = recognition.sample_scene(names[0] if scene is None else scene)
     others = ", ".join(f"--scene {name}" for name in names if name != shown.name)
     heading = f"Sample: {len(shown.views)} robots look at {shown.name} (other scenes: {others})"
-    return heading, recognition.References.of(shown.references, _configuration(configuration)), shown.views
+    known = recognition.References.of(shown.references, _configuration(configuration))
+    return heading, known, shown.views, []
 
 
 def _known(references: Path, configuration: Path | None) -> "recognition.References":

@@ -181,13 +181,13 @@ class Stream:
     def __len__(self) -> int:
         return len(self.robots)
 
-    def check(self, outputs: Mapping[str, Path | None]) -> None:
-        """Refuse the outputs of one recognition."""
-        for option, file in outputs.items():
-            if file is not None:
+    def check(self, options: Mapping[str, object]) -> None:
+        """Refuse the options of one recognition."""
+        for option, value in options.items():
+            if value:
                 raise typer.BadParameter(f"{option} is of one recognition; a stream writes --jsonl FILE")
 
-    def follow(self, recogniser: Recogniser, omitted: Sequence[str]) -> bool:
+    def follow(self, recogniser: Recogniser, told: Sequence[str]) -> bool:
         """Recognise the views of each moment, write a line for each, and say at the end what was left out.
 
         An interruption ends it like the end of the stream does, and is raised again afterwards.
@@ -213,7 +213,7 @@ class Stream:
                     tally.add(line)
                     outputs.write(line, found)
         finally:
-            for said in (*omitted, *tally.lines(), *self.moments.remarks):
+            for said in (*told, *tally.lines(), *self.moments.remarks):
                 typer.echo(escaped(said), err=True)
         if interrupted:
             raise KeyboardInterrupt
