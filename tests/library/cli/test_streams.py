@@ -321,8 +321,12 @@ def command(*arguments):
     return [sys.executable, "-m", "convexperc", *map(str, arguments)]
 
 
+CHANGING = {"NO_COLOR", "FORCE_COLOR", "PYTHONUNBUFFERED"}
+"""Variables that would hide what is tested."""
+
+
 def environment(**more):
-    plain = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR")}
+    plain = {name: value for name, value in os.environ.items() if name not in CHANGING}
     return plain | {"PYTHONPATH": str(Path(convexperc.__file__).parent.parent), "COLUMNS": "100"} | more
 
 
