@@ -275,7 +275,9 @@ class _Tally:
             self.missing.setdefault(name, Counter())[reason] += 1
 
     def lines(self) -> list[str]:
-        """One line on all moments, and one for each robot that was missing."""
+        """One line on all moments, if there was any, and one for each robot that was missing."""
+        if not self.moments:
+            return []
         said = [f"{self.moments} moments: the label is proved in {self.proved}"]
         if self.accepted < self.proved:
             said[0] += f", and accepted by the calibration in {self.accepted} of these"
