@@ -527,6 +527,33 @@ def test_three_robots_of_a_bag(bag, tmp_path):
     check_results(out, found)
 
 
+def test_an_interruption_leaves_lines_and_bag_complete_up_to_there(bag, tmp_path):
+    known, run = bag
+    out, results = tmp_path / "lines.jsonl", tmp_path / "results.mcap"
+    given = ["recognize", "--references", known, *robots.views(run), "--jsonl", out, "--results", results]
+    process = subprocess.Popen(
+        [sys.executable, "-c", SLOW, *map(str, given)], stderr=subprocess.PIPE, env=environment(),
+        start_new_session=True,
+    )  # fmt: skip
+    end = time.monotonic() + 60.0
+    while not (out.exists() and out.read_text().count("\n") == 3) and time.monotonic() < end:
+        time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
+    found = lines(out.read_text())
+    assert len(found) == 3
+    check_results(results, found)
+
+
+def test_a_stream_that_fails_leaves_no_half_bag(bag, tmp_path):
+    known, run = bag
+    given = ["recognize", "--references", known, *robots.views(run), "--results", tmp_path / "results"]
+    done = expect(2, *given, "--strict")
+    assert len(lines(done.stdout)) == 3, "until spot falls silent"
+    assert list(tmp_path.iterdir()) == []
+
+
 def check_results(out, found):
     """The bag of results says what the lines say, by rosbags' own reader."""
     from rosbags.highlevel import AnyReader  # noqa: PLC0415
