@@ -111,8 +111,8 @@ class Asked:
         for name in regions:
             if name in masks:
                 raise typer.BadParameter(f"--region {name}: there is a --mask for it, which has a region")
-        found: dict[str, Any] = {name: inputs.Region.parse(text) for name, text in regions.items()}
-        return found | {name: inputs.read_mask(file) for name, file in masks.items()}
+        found: dict[str, Any] = {name: features.Region.parse(text) for name, text in regions.items()}
+        return found | {name: features.read_mask(file) for name, file in masks.items()}
 
     def _places(self) -> dict[str, Path]:
         """The files and folders among the sources; others are no places to write to."""

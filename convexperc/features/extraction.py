@@ -15,7 +15,7 @@ from convexperc.features.lbp import lbp_histogram
 from convexperc.features.network_model import network_features
 from convexperc.features.network_weights import require_network
 from convexperc.features.parallel import available_cores, side_by_side
-from convexperc.features.pictures import Picture, Pictures, as_rgb, resize, to_gray
+from convexperc.features.pictures import AnyPicture, Picture, Pictures, as_rgb, resize, to_gray
 from convexperc.features.recent import RecentFeatures, Row
 
 BATCH = 2**26
@@ -75,7 +75,7 @@ def extract(
 
 
 def describe(
-    pictures: Iterable[Picture], configuration: FeatureConfiguration, recent: RecentFeatures | None = None
+    pictures: Iterable[AnyPicture], configuration: FeatureConfiguration, recent: RecentFeatures | None = None
 ) -> Float[np.ndarray, "n d"]:
     """`extract` for pictures that `as_rgb` has made already; they must not change.
 
@@ -173,7 +173,7 @@ def normalise(blocks: Mapping[str, Float[np.ndarray, " _"]], normalisation: str)
     return unit_length(row) if normalisation == UNIT_VIEW else row
 
 
-def _batches(pictures: Iterable[Picture]) -> Iterator[Pictures]:
+def _batches(pictures: Iterable[AnyPicture]) -> Iterator[Pictures]:
     batch: Pictures = []
     held = 0
     for picture in pictures:

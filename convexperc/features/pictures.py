@@ -17,7 +17,9 @@ from convexperc.features.folders import SUFFIXES, Folder
 from convexperc.features.sizes import MAX_BYTES, check_size
 
 Picture = UInt8[np.ndarray, "h w 3"]
-Pictures = list[UInt8[np.ndarray, "_ _ 3"]]
+AnyPicture = UInt8[np.ndarray, "_ _ 3"]
+"""A picture of any size, where several are annotated together."""
+Pictures = list[AnyPicture]
 """Each has its own size."""
 GrayPicture = UInt8[np.ndarray, "h w"]
 Channels = Literal["RGB", "BGR"]

@@ -12,10 +12,10 @@ from jaxtyping import UInt8
 from convexperc.errors import ImageError, InputError, RobotNameError, SourceError
 from convexperc.features.parallel import available_cores, side_by_side
 from convexperc.features.pictures import Picture
+from convexperc.features.regions import Mask, Region, cut_out
 from convexperc.inputs.frames import Frame, Source
 from convexperc.inputs.leading import grid, led
 from convexperc.inputs.live import Live, arrivals
-from convexperc.inputs.regions import Mask, Region, cropped, masked
 from convexperc.inputs.tracks import Counts, Track
 
 Views = Mapping[str, UInt8[np.ndarray, "_ _ 3"]]
@@ -218,9 +218,7 @@ class Moments(Iterator[Moment]):
         if region is None:
             return picture
         try:
-            if isinstance(region, Region):
-                return cropped(picture, region)
-            return masked(picture, region)
+            return cut_out(picture, region)
         except ImageError as error:
             return error
 

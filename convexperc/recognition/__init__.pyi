@@ -10,7 +10,7 @@ from .calibration import (
 )
 from .decision import Decision
 from .each_view import EachView
-from .frames import Frames, Masks
+from .frames import Frames, Regions
 from .held_out import held_out_scenes
 from .label import Options, decide, decided_by, recognize, recognize_path
 from .narrowing import narrowed_answers
@@ -37,7 +37,6 @@ __all__ = [
     "EachView",
     "Frames",
     "Judgement",
-    "Masks",
     "NamedPictures",
     "Options",
     "Origin",
@@ -45,6 +44,7 @@ __all__ = [
     "Recognition",
     "ReferencePictures",
     "References",
+    "Regions",
     "Rules",
     "SampleScene",
     "Template",

@@ -19,7 +19,7 @@ from convexperc.files import placed
 from convexperc.problem.column_files import open_columns
 from convexperc.problem.library import TemplateLibrary
 from convexperc.problem.modalities import Modalities
-from convexperc.recognition.frames import Frames, Masks, Seen
+from convexperc.recognition.frames import Frames, Regions, Seen
 from convexperc.recognition.label import Options, recognize
 from convexperc.recognition.recognition import Recognition
 
@@ -263,7 +263,7 @@ def perceive(
     lambda2: float,
     lambda3: float,
     channels: Channels = "RGB",
-    masks: Masks | None = None,
+    regions: Regions | None = None,
     start: Recognition | None = None,
     **options: Unpack[Options],
 ) -> Recognition:
@@ -281,9 +281,9 @@ def perceive(
         See `recognize`.
     channels : {"RGB", "BGR"}
         Order of the channels of all frames: "BGR" for those that OpenCV delivers.
-    masks : mapping of str to bool or uint8 (h, w), optional
-        For a robot by name, what of its frame counts: the pixels outside, where the mask is 0, become black.
-        The references should be masked in the same way.
+    regions : mapping of str to Region or to bool or uint8 (h, w), optional
+        For a robot by name, what of its frame counts: a rectangle, or a mask, whose box is cut out and made
+        black where the mask is 0 (`cut_out`). The references should be cut out in the same way.
     start : Recognition, optional
         An earlier one; see `recognize`. One of another number of views, such as before a robot had a frame or
         after it has lost it, is not used, which costs iterations and changes no bound's validity.
@@ -299,13 +299,13 @@ def perceive(
     FeatureError
         No view at all.
     ImageError
-        No robot has a frame, or a frame or a mask cannot be used; the robot is named.
+        No robot has a frame, or a frame or a region cannot be used; the robot is named.
     RobotNameError
-        A mask for a robot that is not among the views.
+        A region for a robot that is not among the views.
     ProblemError, DecisionError, ToleranceError, StartError, SolverError
         See `recognize`.
     """
-    seen = Seen.of(views, channels, masks)
+    seen = Seen.of(views, channels, regions)
     usable = not isinstance(start, Recognition) or len(start.views) == len(seen.names)
     found = recognize(
         describe(seen.pictures, references.configuration, references.recent),

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from made_sources import Listed, Lone, number_of, picture
 
 from convexperc.errors import ImageError, InputError, RobotNameError, SourceError
-from convexperc.inputs import Region, moments
+from convexperc.features import Region
+from convexperc.inputs import moments
 from convexperc.inputs.frames import Silence
 from convexperc.inputs.live import Live
 

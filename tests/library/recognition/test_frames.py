@@ -7,7 +7,7 @@ from jaxtyping import config
 from test_references import KNOWN, LAMBDAS, QUICK, picture
 
 from convexperc.errors import ImageError, RobotNameError
-from convexperc.features import as_rgb, extract
+from convexperc.features import Region, as_rgb, extract
 from convexperc.recognition import References, Verdict, perceive
 
 REFERENCES = References.of(KNOWN, QUICK)
@@ -103,40 +103,41 @@ def test_a_robot_may_lose_its_frame_and_have_it_again_from_a_start():
     assert (np.array(wanted[1]) <= upper).all()
 
 
-def test_what_is_outside_of_a_mask_is_black():
+def test_what_is_outside_of_a_region_is_cut_away():
     mask = np.zeros(FRAMES["husky-1"].shape[:2], dtype=bool)
     mask[4:30, 10:40] = True
     black = np.where(mask[..., None], FRAMES["husky-1"], 0).astype(np.uint8)
-    wanted = seen(FRAMES | {"husky-1": black})
+    wanted = seen(FRAMES | {"husky-1": black[4:30, 10:40]})
     assert wanted != seen(FRAMES)
     for given in (mask, mask.astype(np.uint8) * 255, mask[..., None], np.asfortranarray(mask)):
-        assert seen(FRAMES, masks={"husky-1": given}) == wanted
+        assert seen(FRAMES, regions={"husky-1": given}) == wanted
+    assert seen(FRAMES, regions={"husky-1": Region(10, 4, 30, 26)}) == wanted, "the mask is a rectangle"
     everything = {name: np.ones(frame.shape[:2], np.uint8) for name, frame in FRAMES.items()}
-    assert seen(FRAMES, masks=everything) == seen(FRAMES)
-    row = extract([black], QUICK)
-    assert np.array_equal(perceive([FRAMES["husky-1"]], REFERENCES, **LAMBDAS, masks={"robot 1": mask})
+    assert seen(FRAMES, regions=everything) == seen(FRAMES)
+    row = extract([black[4:30, 10:40]], QUICK)
+    assert np.array_equal(perceive([FRAMES["husky-1"]], REFERENCES, **LAMBDAS, regions={"robot 1": mask})
                           .answers.data.views.X, row)  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("mask", "said"),
     [
-        (np.ones((48, 40), np.uint8), r"robot 'husky-2' must have the size of the frame, \(40, 48\)"),
-        (np.ones((40, 48, 3), np.uint8), r"robot 'husky-2' must have the size of the frame"),
-        (np.ones((40, 48)), r"robot 'husky-2' must be a NumPy array of bool or uint8; got 'float64'"),
-        ([[True]], r"robot 'husky-2' must be a NumPy array of bool or uint8; got 'list'"),
+        (np.ones((48, 40), np.uint8), r"robot 'husky-2': mask must have the size of the picture, \(40, 48\)"),
+        (np.ones((40, 48, 3), np.uint8), r"robot 'husky-2': mask must have the size of the picture"),
+        (np.ones((40, 48)), r"robot 'husky-2': mask must be a NumPy array of bool or uint8; got 'float64'"),
+        ([[True]], r"robot 'husky-2': mask must be a NumPy array of bool or uint8; got 'list'"),
     ],
 )
 def test_a_mask_that_does_not_fit_is_refused_with_its_robot(untyped, mask, said):
     with pytest.raises(ImageError, match=said):
-        perceive(FRAMES, REFERENCES, **LAMBDAS, masks={"husky-2": mask})
+        perceive(FRAMES, REFERENCES, **LAMBDAS, regions={"husky-2": mask})
 
 
 def test_a_mask_for_a_robot_that_is_not_there_is_refused():
     mask = np.ones((40, 48), bool)
     with pytest.raises(RobotNameError, match=r"robots husky-1, husky-2, husky-3; got 'husky-9'"):
-        perceive(FRAMES, REFERENCES, **LAMBDAS, masks={"husky-9": mask})
-    without = perceive(FRAMES | {"husky-2": None}, REFERENCES, **LAMBDAS, masks={"husky-2": mask})
+        perceive(FRAMES, REFERENCES, **LAMBDAS, regions={"husky-9": mask})
+    without = perceive(FRAMES | {"husky-2": None}, REFERENCES, **LAMBDAS, regions={"husky-2": mask})
     assert without.views == ("husky-1", "husky-3"), "a robot that has lost its frame may keep its mask"
 
 

@@ -2,9 +2,11 @@
 
 import os
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, UInt8
+from numpy.typing import NDArray
 
 from convexperc.errors import ImageError
 from convexperc.features.pictures import Picture, read_image
@@ -12,10 +14,10 @@ from convexperc.features.sizes import MIN_SIDE
 
 Mask = Bool[np.ndarray, "h w"]
 """True where a pixel shows the object."""
+AnyMask = NDArray[Any]
+"""bool or uint8, (h, w) or (h, w, 1); 0 or False outside of the object."""
 Part = UInt8[np.ndarray, "height width 3"]
 """A part of a picture."""
-AnyMask = Bool[np.ndarray, "_ _"]
-"""A mask of any size."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ class Region:
         return cls(*map(int, parts))
 
     @classmethod
-    def around(cls, mask: AnyMask, name: str = "mask") -> "Region":
+    def around(cls, mask: Bool[np.ndarray, "_ _"], name: str = "mask") -> "Region":
         """The smallest rectangle that holds every pixel of a mask.
 
         Raises
@@ -88,6 +90,17 @@ def read_mask(path: str | os.PathLike[str]) -> Mask:
     return np.asarray(read_image(path).any(axis=2))
 
 
+def cut_out(picture: Picture, shown: object, name: str = "picture") -> Part:
+    """`cropped` for a region, `masked` for a mask; read-only.
+
+    Raises
+    ------
+    ImageError
+        See there.
+    """
+    return cropped(picture, shown, name) if isinstance(shown, Region) else masked(picture, shown, name)
+
+
 def cropped(picture: Picture, region: Region, name: str = "picture") -> Part:
     """Cut out a region; read-only. The references should be cut in the same way, see `masked`.
 
@@ -104,7 +117,7 @@ def cropped(picture: Picture, region: Region, name: str = "picture") -> Part:
     return _frozen(part.copy())
 
 
-def masked(picture: Picture, mask: AnyMask, name: str = "picture") -> Part:
+def masked(picture: Picture, mask: object, name: str = "picture") -> Part:
     """Make black what a mask leaves out, and cut out the mask's bounding box; read-only.
 
     Without the cut, the share of black pixels in the histograms, and the place and scale of the object in the
@@ -115,21 +128,31 @@ def masked(picture: Picture, mask: AnyMask, name: str = "picture") -> Part:
     Parameters
     ----------
     picture : ndarray of uint8, (h, w, 3)
-    mask : ndarray of bool, (h, w)
+    mask : ndarray of bool or uint8, (h, w) or (h, w, 1)
+        0 or False outside of the object, anything else inside.
     name : str
         How an error names the picture.
 
     Raises
     ------
     ImageError
-        The mask has another size, is empty, or its bounding box has a side under `MIN_SIDE`.
+        The mask has another type or size, is empty, or its bounding box has a side under `MIN_SIDE`.
     """
-    if mask.shape != picture.shape[:2]:
-        must = f"must have the size of the picture, {picture.shape[0]} x {picture.shape[1]} (height x width)"
-        raise ImageError(f"{name}: mask", value=f"{mask.shape[0]} x {mask.shape[1]}", must=must)
-    region = Region.around(mask, f"{name}: mask")
+    if not isinstance(mask, np.ndarray) or mask.dtype not in (np.bool_, np.uint8):
+        value = mask.dtype.name if isinstance(mask, np.ndarray) else type(mask).__name__
+        must = "must be a NumPy array of bool or uint8"
+        raise ImageError(
+            f"{name}: mask", value=value, must=must, remedy="0 or False is outside, all else inside."
+        )
+    flat = mask[..., 0] if mask.ndim == 3 and mask.shape[2] == 1 else mask
+    if flat.shape != picture.shape[:2]:
+        must = f"must have the size of the picture, {picture.shape[:2]} (height, width)"
+        remedy = "Resize it without interpolation."
+        raise ImageError(f"{name}: mask", value=mask.shape, must=must, remedy=remedy)
+    inside = flat != 0
+    region = Region.around(inside, f"{name}: mask")
     part = cropped(picture, region).copy()
-    part[~mask[region.y : region.y + region.height, region.x : region.x + region.width]] = 0
+    part[~inside[region.y : region.y + region.height, region.x : region.x + region.width]] = 0
     return _frozen(part)
 
 
