@@ -7,7 +7,7 @@ import typer
 from convexperc.cli.exits import FAILURES
 from convexperc.cli.program import Program
 from convexperc.errors import require
-from verification.commands import campaign, claims, experiments, faults, replay, reports, solvers
+from verification.commands import accuracy, campaign, claims, experiments, faults, replay, reports, solvers
 
 VERIFY = ("cvc5", "hypothesis", "jinja2", "joblib", "jsonschema", "matplotlib", "z3")
 """Modules that the extra `verify` brings; a command imports what it needs before it does anything."""
@@ -46,6 +46,7 @@ app.command(help=replay.REPLAY_HELP)(replay.replay)
 app.command(help=faults.FAULTS_HELP)(faults.faults)
 app.command(help=experiments.EXPERIMENTS_HELP)(experiments.experiments)
 app.command(help=experiments.EXPERIMENTS_PAGES_HELP)(experiments.experiments_pages)
+app.command(help=accuracy.ACCURACY_HELP)(accuracy.accuracy)
 app.command(help=reports.REPORTS_HELP)(reports.reports)
 app.command(help=solvers.FAMILIES_HELP)(solvers.families)
 app.command(help=campaign.CAMPAIGN_HELP)(campaign.campaign)

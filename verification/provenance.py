@@ -63,6 +63,12 @@ SUBJECTS: dict[str, tuple[str, ...]] = {
         *(f"verification/ledger/{name}.py" for name in ("evidence", "surveys")),
         *(f"verification/search/{name}.py" for name in ("campaign", "certify", "tallies", "tasks")),
     ),
+    "accuracy": (
+        *RECOGNIZING,
+        *(f"verification/{name}" for name in ("accuracy", "experiments/scenes", "experiments/design.py")),
+        "verification/experiments/record/bootstrap.py",
+        "verification/ledger",
+    ),
     "benchmark": (*RECOGNIZING, "verification/bench"),
     "faults": (*RECOGNIZING, *JUDGING, "verification/faults"),
     "report": (

@@ -84,6 +84,7 @@ def test_every_place_of_a_subject_is_there(subject: str) -> None:
 
 
 MAKERS = {
+    "accuracy": ["accuracy.measure", "accuracy.record"],
     "campaign": ["search.certify"],
     "benchmark": ["bench.run", "bench.floor", "bench.picture_frames", "bench.proof_times"],
     "faults": ["faults.hunt", "faults.own"],
