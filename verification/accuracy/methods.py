@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 LAMBDAS = ((0.1, 1.0, 0.1), (0.1, 0.1, 0.1), (0.1, 0.0, 0.0))
 """The first are the defaults of the command line: margins and acceptance are of them."""
 PAPER = tuple(f"paper ({one:g}, {two:g}, {three:g})" for one, two, three in LAMBDAS)
-METHODS = (*PAPER, "nearest to mean", "vote", "best view", "SVM, sum", "SVM, vote")
+METHODS = (*PAPER, "nearest to mean", "sum of distances", "vote", "best view", "SVM, sum", "SVM, vote")
 TOLERANCE = 1e-6
 """Relative gap to which all templates are certified; a label is proved by disjoint intervals."""
 SECONDS = 5.0
@@ -124,7 +124,8 @@ def name_by_all(known: Known, trial: Trial, truth: str) -> Named:
     found = known.recognise(trial, LAMBDAS)
     first, rules = found[0], Rules.of(found[0])
     scores = [float(truth in each.candidates) / len(each.candidates) for each in found]
-    scores += [float(name == truth) for name in (rules.mean, rules.vote, rules.best_view)]
+    closest = found[0].objects[int(rules.distances.sum(axis=0).argmin())]
+    scores += [float(name == truth) for name in (rules.mean, closest, rules.vote, rules.best_view)]
     scores += [float(name == truth) for name in by_machine(known.machine, trial.X)]
     return Named(
         tuple(scores),
