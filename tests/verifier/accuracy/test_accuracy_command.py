@@ -1,4 +1,4 @@
-"""The command `accuracy`: what it reads and writes; its committed record, and what the documents say of it."""
+"""The command `accuracy`: what it reads and writes; its record, and what the documents say of that."""
 
 import importlib.util
 import json
