@@ -109,7 +109,7 @@ def _accuracy(
     """Share of right labels of each method, and the paper's share minus that of each other one."""
     scenes, named = _ordered(found)
     scores = np.array([each.scores for each in named])
-    less = scores[:, :1] - scores[:, len(PAPER) :]
+    less = scores[:, :1] - scores[:, 1:]
     told = figures(np.hstack([scores, less]), scenes, design)
     proved = [each for each in named if each.proved]
     return {
@@ -118,7 +118,7 @@ def _accuracy(
         "scenes": len(scenes),
         "templates": len(chosen.folds[0].known) * chosen.references,
         "methods": dict(zip(METHODS, told[: len(METHODS)], strict=True)),
-        f"{PAPER[0]} minus": dict(zip(METHODS[len(PAPER) :], told[len(METHODS) :], strict=True)),
+        f"{PAPER[0]} minus": dict(zip(METHODS[1:], told[len(METHODS) :], strict=True)),
         "proved": len(proved),
         "proved and wrong": sum(not each.right for each in proved),
     }

@@ -7,7 +7,7 @@ from verification.accuracy.methods import METHODS, PAPER
 from verification.accuracy.scenes import CONDITIONS
 
 Result = Mapping[str, Any]
-COMPARED = METHODS[len(PAPER) :]
+COMPARED = METHODS[1:]
 
 
 def pages(record: Mapping[str, Any]) -> str:
@@ -37,7 +37,7 @@ def difference_table(result: Result) -> str:
         [each["objects"], interval(each["methods"][PAPER[0]]), *(signed(each[name][n]) for n in COMPARED)]
         for each in result["accuracy"]
     )
-    return _by_condition(result["accuracy"], ["objects", PAPER[0], *(f"- {n}" for n in COMPARED)], rows)
+    return _by_condition(result["accuracy"], ["objects", PAPER[0], *(f"minus {n}" for n in COMPARED)], rows)
 
 
 def margin_table(result: Result) -> str:

@@ -227,6 +227,9 @@ def test_wrong_labels_are_counted(splits, described, own, swapped):
     assert {name: figure[0] for name, figure in told["methods"].items()} == dict.fromkeys(
         METHODS, 0.0 if swapped else 1.0
     )
+    assert {name: figure[0] for name, figure in told[f"{PAPER[0]} minus"].items()} == dict.fromkeys(
+        METHODS[1:], 0.0
+    )
     margin = measured._margin(chosen, CLEAR, found, DESIGN)[PAPER[0]]
     assert (margin["wrong"], margin["right"]) == ((6, 0) if swapped else (0, 6))
     assert margin["auc"] == [None, None, None]
