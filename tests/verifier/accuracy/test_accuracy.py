@@ -294,6 +294,11 @@ def test_everything_is_measured_and_adds_up():
     assert steps[-1][1] == steps[-1][2] == 5
     assert len(found["accuracy"]) == len(found["margin"]) == 5 * len(CONDITIONS)
     assert {each["scenes"] for each in found["accuracy"]} == {len(shown) * sizes.scenes}
+    for each in found["accuracy"]:
+        means = {name: figure[0] for name, figure in each["methods"].items()}
+        less = {name: figure[0] for name, figure in each[f"{PAPER[0]} minus"].items()}
+        assert less == pytest.approx({name: means[PAPER[0]] - means[name] for name in METHODS[1:]}, abs=2e-4)
+    assert any(each[f"{PAPER[0]} minus"]["vote"][0] != 0.0 for each in found["accuracy"])
     first = {each["objects"]: each for each in found["accuracy"] if each["condition"] == CLEAR}
     assert first["3 objects x 2 references"]["methods"][PAPER[0]][0] == 1.0
     assert first["6 objects x 2 references"]["methods"][PAPER[0]][0] < 1.0, "two objects look the same"
