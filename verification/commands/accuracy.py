@@ -19,7 +19,7 @@ SCHEMA = "convexperc/accuracy/1"
 ACCURACY_HELP = (
     "Measure how often the method names the right object, beside nearest neighbours, votes and a linear SVM "
     "on the same features and scenes; what its margin says; and what calibrated acceptance gives.\n\n"
-    "Needs the extras `bench` and `verify`. Exit code 0: measured; 2: misuse."
+    "Needs the extra `bench`. Exit code 0: measured; 2: misuse."
 )
 
 
