@@ -228,6 +228,7 @@ def test_the_library_names_the_extra_before_it_does_anything(convexperc, argumen
         ("experiments", refusal("drawing the scenes", "mujoco", "sim,verify")),
         ("experiments --no-simulate --photos .", refusal("this command", "matplotlib", "verify")),
         ("replay rise-printed-gauss-seidel --plot a.svg", refusal("the picture", "matplotlib", "plot")),
+        ("accuracy --photos .", refusal("the comparison with a linear SVM", "sklearn", "bench")),
         ("bench --growth --plot a.svg", refusal("the picture", "matplotlib", "plot")),
     ],
 )
