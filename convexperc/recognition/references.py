@@ -1,6 +1,7 @@
 """From pictures to recognition: references prepared once, then each set of views recognised against them."""
 
 import os
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Unpack
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from convexperc.errors import FileFormatError, ImageError, InputError, TemplateNameError
+from convexperc.errors import FileFormatError, ImageError, InputError, PictureWarning, TemplateNameError
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.extraction import describe
 from convexperc.features.folders import Folder
@@ -64,6 +65,11 @@ class References:
         channels : {"RGB", "BGR"}
             Order of the channels of all pictures: "BGR" for those that OpenCV has read.
 
+        Warns
+        -----
+        PictureWarning
+            Pictures that show nothing: whose red, green and blue each vary by at most `FLAT_RANGE` of 255.
+
         Raises
         ------
         InputError
@@ -91,6 +97,10 @@ class References:
         rgb = (as_rgb(part, f"the picture of reference {name!r}", channels) for name, part in named)
         columns = describe(rgb, configuration).T
         columns.flags.writeable = False
+        flat = [name for name, part in zip(names, parts, strict=True) if is_flat(part)]
+        if flat:
+            said = f"of one color are the references {', '.join(flat)}: they show nothing"
+            warnings.warn(said, PictureWarning, stacklevel=2)
         library = TemplateLibrary(
             columns, names=names, objects=None if names == shown else shown,
             modalities=configuration.modality_sizes,

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from convexperc.errors import ConvexpercError, FeatureError, ImageError, InputError
+from convexperc.errors import ConvexpercError, FeatureError, ImageError, InputError, PictureWarning
 from convexperc.features import FeatureConfiguration, extract
 from convexperc.recognition import decided_by, recognize
 from convexperc.recognition.recognition import Verdict
@@ -84,6 +84,12 @@ def test_views_of_one_color_are_named_in_a_warning_also_under_another_decision()
     assert said[0] in decided_by(found, "explained fraction").warnings
     alone = perceive({"ann": views["ann"]}, references, **LAMBDAS)
     assert not [each for each in alone.warnings if "color" in each]
+
+
+def test_references_of_one_color_are_named_in_a_warning():
+    known = {**KNOWN, "night": {"a": KNOWN["disc"], "b": np.zeros((40, 40), np.uint8)}}
+    with pytest.warns(PictureWarning, match="of one color are the references night/b: they show nothing"):
+        References.of(known, QUICK)
 
 
 def test_robots_without_features_are_named_in_a_warning():
