@@ -54,6 +54,8 @@ def test_a_mask_is_refused_at_every_door(door):
 def test_a_masked_entry_in_a_list_is_no_number():
     with pytest.raises(InputError, match="masked"):
         Problem([[1.0, np.ma.masked], [1, 2]], [1.0, 2.0], **LAMBDAS)
+    with pytest.raises(InputError, match="masked"):
+        recognize(X, {"a": [1.0, np.ma.masked], "b": [1.0, 2.0]}, **LAMBDAS)
 
 
 ROUNDED = {
