@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import UInt8
 
 from convexperc.errors import ImageError, InputError, RobotNameError, SourceError
-from convexperc.features.parallel import available_cores, side_by_side
 from convexperc.features.pictures import Picture
 from convexperc.features.regions import Mask, Region, cut_out
 from convexperc.inputs.frames import Frame, Source
@@ -174,10 +173,8 @@ class Moments(Iterator[Moment]):
         """The moment of recorded frames: of each robot the nearest one that has a picture."""
         chosen = dict[str, Frame | InputError | str]()
         leader: Frame | None = None
-        nearest = {robot: track.near(time, self._slop) for robot, track in self._tracks.items()}
-        wanted = [near[0].frame for near in nearest.values() if near]
-        side_by_side(Frame.decoded, wanted, available_cores())
-        for robot, near in nearest.items():
+        for robot, track in self._tracks.items():
+            near = track.near(time, self._slop)
             if leader is None and near and near[0].time == time:
                 leader = near[0].frame
             for kept in near:
@@ -188,7 +185,7 @@ class Moments(Iterator[Moment]):
                     break
             else:
                 error = near[0].frame.error if near else None
-                chosen[robot] = error if error is not None else self._tracks[robot].absence(time, self._slop)
+                chosen[robot] = error if error is not None else track.absence(time, self._slop)
         return self._moment(time, round(time * 10**9) if leader is None else leader.nanoseconds, chosen)
 
     def _moment(
