@@ -122,9 +122,9 @@ class Reading:
         """Call; damaged bags raise many types: ReaderError, struct.error, sqlite's own, OSError ..."""
         try:
             return what()
-        except (ConvexpercError, MemoryError):
+        except ConvexpercError:
             raise
-        except Exception as problem:
+        except Exception as problem:  # MemoryError, too: a damaged length asks for any size
             must = "must be a complete and undamaged ROS 1 or ROS 2 bag"
             remedy = "If the recording broke off: `mcap recover`, `ros2 bag reindex` or `rosbag reindex`."
             value = str(problem) or type(problem).__name__

@@ -127,7 +127,7 @@ class Moments(Iterator[Moment]):
                 (counts.unreadable, "without a readable picture"),
                 (
                     counts.disordered,
-                    "left out: its time is before that of an earlier frame, or it came too late",
+                    "left out: their times are out of order, or they came too late",
                 ),
                 (counts.dropped, "dropped for newer ones"),
             ):

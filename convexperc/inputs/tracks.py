@@ -23,7 +23,7 @@ class Counts:
     unreadable : int
         Without a picture when one was wanted. Only frames that are wanted are decoded.
     disordered : int
-        With a time before that of an earlier frame, or that came after its moment: left out.
+        With a time that is out of order, or that came after its moment: left out.
     dropped : int
         Of a camera or stream: replaced by a newer one before it was asked for.
     ended : str
@@ -74,6 +74,7 @@ class Track:
         self.failure: InputError | None = None
         self.frames = self.disordered = 0
         self._events: Iterator[Frame | Silence] = source.events()
+        self._ahead: deque[Frame | Silence | InputError | None] = deque()
         self._window: deque[Kept] = deque()
         self._passed: float | None = None  # time of the latest frame that left the window
         self._gone = [0, 0, 0]  # used, unused and unreadable frames that left it
@@ -84,13 +85,16 @@ class Track:
         return self.floor == float("inf")
 
     def read(self) -> Kept | None:
-        """Read one event; return its frame, if it is one that can be used."""
-        try:
-            event = next(self._events, None)
-        except InputError as error:
+        """Read one event; return its frame, if it is one that can be used.
+
+        Of two frames out of order, the later one is left out if it is before the frames that preceded both:
+        a clock was set back. Otherwise it is the earlier one: its time was too far ahead.
+        """
+        event = self._ahead.popleft() if self._ahead else self._next()
+        if isinstance(event, InputError):
             if self.strict:
-                raise
-            self.failure, event = error, None
+                raise event
+            self.failure, event = event, None
         if event is None:
             self.floor = float("inf")
             return None
@@ -99,15 +103,29 @@ class Track:
             return None
         self.frames += 1
         if event.time < self.floor:
-            self.disordered += 1
-            if self.strict:
-                must = f"must not be before {self.floor:.6f} s, as far as it has been read"
-                raise SourceError(f"robot {self.robot!r}: time of a frame", value=event.time, must=must)
+            self._leave_out(event.time, self.floor)
+            return None
+        following = self._next()
+        self._ahead.append(following)
+        if isinstance(following, Frame) and self.floor <= following.time < event.time:
+            self._leave_out(following.time, event.time)
             return None
         self.floor = self.last = event.time
         kept = Kept(event)
         self._window.append(kept)
         return kept
+
+    def _next(self) -> Frame | Silence | InputError | None:
+        try:
+            return next(self._events, None)
+        except InputError as error:
+            return error
+
+    def _leave_out(self, time: float, before: float) -> None:
+        self.disordered += 1
+        if self.strict:
+            must = f"must not be before that of an earlier one, {before:.6f} s"
+            raise SourceError(f"robot {self.robot!r}: time of a frame", value=time, must=must)
 
     def near(self, time: float, slop: float) -> list[Kept]:
         """Return the frames at most `slop` away, the nearest first, of equally near ones the earlier."""

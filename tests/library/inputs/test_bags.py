@@ -214,6 +214,17 @@ def test_a_truncated_bag_is_an_error_or_breaks_off_by_name(tmp_path, form, share
     assert any("broke off" in line for line in found.remarks)
 
 
+def test_a_length_beyond_all_memory_is_damage(tmp_path):
+    """That of the first record of the summary, in the eight bytes after its opcode."""
+    path, _ = made(tmp_path, "mcap file")
+    data = bytearray(path.read_bytes())
+    summary = int.from_bytes(data[-28:-20], "little")
+    data[summary + 1 : summary + 9] = (2**62).to_bytes(8, "little")
+    path.write_bytes(data)
+    with pytest.raises(SourceError, match="undamaged"):
+        open_source(f"{path}#{topic_of('Alpha')}")
+
+
 def test_damage_in_the_middle_is_named_and_strict_raises(tmp_path):
     path, _ = made(tmp_path, "mcap file", count=300)
     data = bytearray(path.read_bytes())

@@ -167,9 +167,14 @@ def test_a_moment_without_any_robot_is_given():
 
 
 def test_a_frame_out_of_order_is_left_out_and_counted():
-    got, found = read({"a": Listed([0.0, 2.0, 1.0, 1.5, 3.0])}, slop=0.1)
-    assert got == [(0.0, {"a": 0}), (2.0, {"a": 1}), (3.0, {"a": 4})]
-    assert found.counts["a"].disordered == 2
+    """The one whose time is too far ahead, or the one before all others where a clock was set back."""
+    got, found = read({"a": Listed([0.0, 9.0, 1.0, 1.5, 3.0])}, slop=0.1)
+    assert got == [(0.0, {"a": 0}), (1.0, {"a": 2}), (1.5, {"a": 3}), (3.0, {"a": 4})]
+    assert found.counts["a"].disordered == 1
+    assert found.counts["a"].frames == 5
+    got, found = read({"a": Listed([5.0, 6.0, 1.0, 2.0, 7.0])}, slop=0.1)
+    assert got == [(5.0, {"a": 0}), (6.0, {"a": 1}), (7.0, {"a": 4})]
+    assert "a: 2 of 5 frames left out: their times are out of order, or they came too late" in found.remarks
 
 
 def test_a_source_that_breaks_off_is_named_and_the_rest_go_on():
