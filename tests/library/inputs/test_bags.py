@@ -6,6 +6,8 @@ import sys
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from made_sources import (
     ROBOTS,
     START,
@@ -212,6 +214,37 @@ def test_a_truncated_bag_is_an_error_or_breaks_off_by_name(tmp_path, form, share
         return
     assert count < 200
     assert any("broke off" in line for line in found.remarks)
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
+    """The bytes of a bag in each form, by its suffix, and where to write damaged ones."""
+    folder = tmp_path_factory.mktemp("sound")
+    three_robots(folder / "run.bag", count=20)
+    found = {".bag": (folder / "run.bag").read_bytes()}
+    for storage in ("mcap", "db3"):
+        three_robots(folder / storage, storage, count=20)
+        found[f".{storage}"] = file_of(folder / storage).read_bytes()
+    return folder, found
+
+
+@settings(max_examples=60)
+@given(st.sampled_from([".bag", ".mcap", ".db3"]), st.data())
+def test_damage_anywhere_gives_moments_or_an_error_of_ours(sound, suffix, data):
+    folder, whole = sound
+    content = bytearray(whole[suffix])
+    place = data.draw(st.integers(0, len(content) - 1))
+    if data.draw(st.booleans()):
+        content[place : place + data.draw(st.sampled_from([1, 8, 200]))] = b""
+    else:
+        content[place] ^= data.draw(st.integers(1, 255))
+    path = folder / f"damaged{suffix}"
+    path.write_bytes(content)
+    try:
+        for moment in moments(open_sources(robots(path)), slop=0.03):
+            assert set(moment.views) | set(moment.missing) == set(ROBOTS)
+    except (SourceError, ImageError):
+        pass
 
 
 def test_a_length_beyond_all_memory_is_damage(tmp_path):
