@@ -2,6 +2,8 @@
 
 paper            the lowest optimum, at three choices of lambda1, lambda2, lambda3; (0.1, 0, 0) is a least
                  squares fit of each reference by the views
+each view        the lowest sum over the views of the optimum of each alone, at the first choice; see
+                 `convexperc.recognition.EachView`
 nearest to mean  the object of the reference nearest to the mean of the views
 vote, best view  see `convexperc.recognition.rules`
 SVM              scikit-learn's LinearSVC with its default C = 1, one against the rest, trained on the
@@ -19,7 +21,7 @@ from numpy.typing import NDArray
 
 from convexperc import TemplateLibrary, recognize_path
 from convexperc.errors import InputError
-from convexperc.recognition import Recognition, Rules, Verdict
+from convexperc.recognition import EachView, Recognition, Rules, Verdict
 from verification.accuracy.object_sets import Fold
 from verification.accuracy.scenes import Described, Split, Trial, photograph
 
@@ -27,7 +29,8 @@ Floats = NDArray[np.float64]
 LAMBDAS = ((0.1, 1.0, 0.1), (0.1, 0.1, 0.1), (0.1, 0.0, 0.0))
 """The first are the defaults of the command line: margins and acceptance are of them."""
 PAPER = tuple(f"paper ({one:g}, {two:g}, {three:g})" for one, two, three in LAMBDAS)
-METHODS = (*PAPER, "nearest to mean", "sum of distances", "vote", "best view", "SVM, sum", "SVM, vote")
+DISTANCES = "nearest to mean", "sum of distances", "vote", "best view"
+METHODS = (*PAPER, "each view", *DISTANCES, "SVM, sum", "SVM, vote")
 TOLERANCE = 1e-6
 """Relative gap to which all templates are certified; a label is proved by disjoint intervals."""
 SECONDS = 5.0
@@ -123,7 +126,8 @@ def name_by_all(known: Known, trial: Trial, truth: str) -> Named:
     """Apply every method to one scene."""
     found = known.recognise(trial, LAMBDAS)
     first, rules = found[0], Rules.of(found[0])
-    scores = [float(truth in each.candidates) / len(each.candidates) for each in found]
+    named = [each.candidates for each in found] + [EachView.of(first).candidates]
+    scores = [float(truth in candidates) / len(candidates) for candidates in named]
     closest = found[0].objects[int(rules.distances.sum(axis=0).argmin())]
     scores += [float(name == truth) for name in (rules.mean, closest, rules.vote, rules.best_view)]
     scores += [float(name == truth) for name in by_machine(known.machine, trial.X)]

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from verification.accuracy.methods import METHODS, PAPER
+from verification.accuracy.methods import DISTANCES, METHODS, PAPER
 from verification.accuracy.scenes import CONDITIONS
 
 Result = Mapping[str, Any]
@@ -42,7 +42,7 @@ def difference_table(result: Result) -> str:
 
 def margin_table(result: Result) -> str:
     """Area under the ROC curve of the margin for right against wrong labels, and accuracy by quarters."""
-    kinds = PAPER[0], METHODS[len(PAPER)]
+    kinds = PAPER[0], DISTANCES[0]
     rows = (
         [
             each["objects"],
