@@ -147,6 +147,12 @@ def _read_object(folder: Path) -> MeshModel:
         for mesh in meshes.values()
         for part in mesh.parts
     )
+    for part in (part for mesh in meshes.values() for part in mesh.parts):
+        if part.mixed and (texture is not None or materials.paint(part.material, plain=True)[1] is not None):
+            must = "must have texture coordinates on all its faces or on none"
+            raise InputError(
+                f"mesh folder {folder.name}: material {part.material!r}", value="some", must=must
+            )
     points = np.concatenate([mesh.points for mesh in meshes.values()])
     settings = _settings(folder)
     tip = Rotation.from_euler("x", 90.0 if settings.up == "y" else 0.0, degrees=True)

@@ -21,6 +21,7 @@ Colour = tuple[float, float, float]
 """Shares of red, green and blue in [0, 1]."""
 
 _CONTINUED = re.compile(r"\\\r?\n")
+_COORDINATE = re.compile(r"(?<= )(-?\d+)/-?\d+(?=[ /]|$)")
 _MARK = b"\xef\xbb\xbf"
 _NAMES, _DRAWN = ("g", "o", "s"), ("v", "vt", "vn", "f")
 _OTHER_MAPS = ("map_", "bump", "disp", "decal", "refl")
@@ -33,6 +34,8 @@ class Part:
 
     material: str
     content: bytes
+    mixed: bool
+    """Whether some of its faces have texture coordinates and others none; MuJoCo would drop those of all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +70,9 @@ class _Lines:
     """A line with the material of its face; None for what all faces share."""
     libraries: list[str] = field(default_factory=list)
     left_out: dict[str, None] = field(default_factory=dict)
-    materials: dict[str, None] = field(default_factory=dict)
+    materials: dict[str, set[bool]] = field(default_factory=dict)
+    """Whether the faces of each have texture coordinates."""
+    coordinates: int = 0
     grouped: bool = False
     """Whether a group begins behind a face."""
 
@@ -90,15 +95,21 @@ def read_obj(content: bytes, place: str) -> ObjFile:
     _check_faces(points, lines.faces, place)
     changed = content.startswith(_MARK) or _CONTINUED.search(text) is not None
     indented = re.search(r"^[ \t]+[vf]", text, re.MULTILINE) is not None
-    parts: tuple[Part, ...] = (Part(next(iter(lines.materials)), content),)
-    if changed or indented or lines.grouped or len(lines.materials) > 1:
-        parts = tuple(Part(material, _of_material(lines, material)) for material in lines.materials)
+    bare = lines.coordinates > 0 and {True} not in lines.materials.values()
+    if changed or indented or bare or lines.grouped or len(lines.materials) > 1:
+        parts = tuple(_part(lines, material) for material in lines.materials)
+    else:
+        parts = (Part(next(iter(lines.materials)), content, mixed=False),)
     return ObjFile(points, parts, tuple(lines.libraries), tuple(lines.left_out))
 
 
-def _of_material(lines: _Lines, material: str) -> bytes:
-    own = (line for owner, line in lines.kept if owner in (None, material))
-    return ("\n".join(own) + "\n").encode("latin-1")
+def _part(lines: _Lines, material: str) -> Part:
+    """Return the faces of a material, without texture coordinates where not all of them have some."""
+    own = [line for owner, line in lines.kept if owner in (None, material)]
+    if lines.materials[material] != {True}:
+        own = [_COORDINATE.sub(r"\1/", line) for line in own if not line.startswith("vt ")]
+        own = [line.replace("/ ", " ").rstrip("/") for line in own]
+    return Part(material, ("\n".join(own) + "\n").encode("latin-1"), len(lines.materials[material]) > 1)
 
 
 def _read_lines(text: str, place: str) -> _Lines:
@@ -108,13 +119,13 @@ def _read_lines(text: str, place: str) -> _Lines:
         words = rest.split()
         if kind in _DRAWN:
             found.kept.append((material if kind == "f" else None, f"{kind} {' '.join(words)}"))
+            found.coordinates += kind == "vt"
         if kind == "v":
             found.points.append(words[:3])
             if len(words) >= 6:
                 found.left_out["colours of vertices"] = None
         elif kind == "f":
-            found.faces.append(_corners(words, len(found.points), place))
-            found.materials[material] = None
+            _add_face(found, words, material, place)
             found.grouped, fresh = found.grouped or fresh, False
         elif kind in ("g", "o"):
             fresh = bool(found.faces)
@@ -125,6 +136,12 @@ def _read_lines(text: str, place: str) -> _Lines:
         elif kind and kind not in (*_DRAWN, *_NAMES) and not kind.startswith("#"):
             found.left_out[f"'{kind}'"] = None
     return found
+
+
+def _add_face(found: _Lines, words: list[str], material: str, place: str) -> None:
+    found.faces.append(_corners(words, len(found.points), place))
+    painted = {_has_coordinate(word, found.coordinates, place) for word in words}
+    found.materials.setdefault(material, set()).update(painted)
 
 
 def _corners(words: list[str], count: int, place: str) -> list[int]:
@@ -138,6 +155,17 @@ def _corners(words: list[str], count: int, place: str) -> list[int]:
         must = "must name three corners or more, by vertices that there are"
         raise InputError(f"a face of mesh {place}", value=" ".join(words), must=must)
     return corners
+
+
+def _has_coordinate(word: str, count: int, place: str) -> bool:
+    """Whether a corner has texture coordinates, which must be among those above it."""
+    stated = word.split("/")[1:2]
+    if stated in ([], [""]):
+        return False
+    if re.fullmatch(r"-?\d+", stated[0]) is None or not 0 < abs(int(stated[0])) <= count:
+        must = f"must name texture coordinates that are above it, {count} in number"
+        raise InputError(f"a face of mesh {place}", value=word, must=must)
+    return True
 
 
 def _points(rows: list[list[str]], place: str) -> Float[np.ndarray, "points 3"]:

@@ -196,6 +196,25 @@ WHOLE = {
 }
 
 
+HALF = VERTICES + "vt .5 .5\nvt .2 .2\n" + "".join(FACES[:3])
+HALF += "".join(f"f {' '.join(f'{k}/-1' for k in side)}\n" for side in SIDES[3:])
+WHOLE["some with texture coordinates"] = HALF
+WHOLE["texture coordinates of no face"] = VERTICES + "vt .5 .5\n" + "".join(FACES)
+
+
+def test_texture_coordinates_of_some_faces_are_refused_where_there_is_a_texture(tmp_path):
+    place = tmp_path / "thing"
+    place.mkdir()
+    (place / "a.obj").write_text(HALF)
+    assert [piece.content.count(b"/-1") for piece in read_meshes(tmp_path)["thing"].pieces] == [0]
+    (place / "paint.png").write_bytes(picture(".png", GREEN))
+    with pytest.raises(InputError, match="texture coordinates on all its faces or on none"):
+        read_meshes(tmp_path)
+    (place / "a.obj").write_text(PAINTED.replace("vt .5 .5\n", VERTICES))
+    with pytest.raises(InputError, match="must name texture coordinates that are above it, 0 in number"):
+        read_meshes(tmp_path)
+
+
 @pytest.mark.parametrize("form", WHOLE)
 @pytest.mark.parametrize("name", ["thing.obj", "THING.OBJ"])
 def test_every_face_of_an_obj_file_is_drawn(opengl, tmp_path, form, name):
