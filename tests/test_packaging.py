@@ -183,7 +183,7 @@ def test_every_distribution_of_an_installation_is_pinned_and_no_address_is_given
     lines = [line for line in EXTRAS["test"] if not line.startswith("convexperc[")]
     lines += [
         line
-        for extra in ("cnn", "plot", "sim", "verify")
+        for extra in ("cnn", "plot", "ros", "sim", "verify")
         for line in EXTRAS[extra]
         if "convexperc" not in line
     ]
