@@ -90,7 +90,7 @@ def test_the_node_publishes_what_the_library_says(world):
     assert (name, found.label) == ("ica-sign", "ica-sign")
     least = found.squared_norms[0][best.index]
     assert score == pytest.approx(Hypothesis(name, *best.interval, float(least)).score, rel=1e-6)
-    assert world.logged == [("info", f"proved: ica-sign; {tuple(SEES)}")]
+    assert world.logged == [("info", f"proved: lowest optimum, ica-sign; {tuple(SEES)}")]
 
 
 def test_the_node_goes_on_without_a_robot_that_is_late_broken_or_silent(world):
@@ -102,21 +102,21 @@ def test_the_node_goes_on_without_a_robot_that_is_late_broken_or_silent(world):
     for robot in ("husky1", "husky2"):
         world.deliver(topic(robot), message(frames[robot], NOW))
     world.tick()
-    assert world.logged[-1] == ("info", "proved: ica-sign; ('husky1', 'husky2')")
+    assert world.logged[-1] == ("info", "proved: lowest optimum, ica-sign; ('husky1', 'husky2')")
     world.deliver(topic("spot"), message(frames["spot"][:500], NOW))
     world.tick()
     assert world.logged[-2][0] == "warning"
     assert world.logged[-2][1].startswith("spot must be complete")
-    assert world.logged[-1] == ("info", "proved: ica-sign; ('husky1', 'husky2')")
+    assert world.logged[-1] == ("info", "proved: lowest optimum, ica-sign; ('husky1', 'husky2')")
     world.deliver(topic("spot"), message(frames["spot"], NOW))
     world.now = NOW + 150_000_000
     world.tick()
-    assert world.logged[-1] == ("info", f"proved: ica-sign; {tuple(SEES)}")
+    assert world.logged[-1] == ("info", f"proved: lowest optimum, ica-sign; {tuple(SEES)}")
     world.now = NOW + 250_000_000
     world.deliver(topic("husky1"), message(frames["husky1"], world.now))
     world.deliver(topic("spot"), message(frames["spot"], world.now + 10**9))
     world.tick()
-    assert world.logged[-1] == ("info", "proved: ica-sign; ('husky1',)")
+    assert world.logged[-1] == ("info", "proved: lowest optimum, ica-sign; ('husky1',)")
     assert len(world.published) == 4
 
 

@@ -278,7 +278,7 @@ class _Tally:
         """One line on all moments, if there was any, and one for each robot that was missing."""
         if not self.moments:
             return []
-        said = [f"{self.moments} moments: the label is proved in {self.proved}"]
+        said = [f"{self.moments} moments: the lowest optimum is proved in {self.proved}"]
         if self.accepted < self.proved:
             said[0] += f", and accepted by the calibration in {self.accepted} of these"
         if self.empty:

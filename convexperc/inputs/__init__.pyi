@@ -1,5 +1,6 @@
 from .frames import Frame, Source
 from .grammar import GRAMMAR
+from .messages import compressed_picture, image_picture
 from .opening import open_source, open_sources
 from .results import Hypothesis, ResultBag
 from .synchronisation import Moment, Moments, moments
@@ -14,6 +15,8 @@ __all__ = [
     "Moments",
     "ResultBag",
     "Source",
+    "compressed_picture",
+    "image_picture",
     "moments",
     "open_source",
     "open_sources",

@@ -53,6 +53,7 @@ def recognition_line(
         "optimum": None,
         "runner_up": None,
         "margin": None,
+        "explained": None,
         "views": {name: _finite(each) for name, each in times.items()},
         "missing": dict(missing),
         "ranked_views": [],
@@ -73,7 +74,7 @@ def line_text(record: Mapping[str, Any]) -> str:
 def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, Any]:
     best = found.template()
     record: dict[str, Any] = {
-        "verdict": found.verdict.value,
+        "verdict": found.statement,
         "label": found.label,
         "certified": found.certified,
         "candidates": list(found.candidates),
@@ -81,6 +82,7 @@ def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, An
         "optimum": _interval(best.interval),
         "runner_up": found.runner_up,
         "margin": None if found.margin is None else _interval(found.margin),
+        "explained": _interval(found.explained),
         "ranked_views": _ranked(found.ranked_views()),
         "ranked_modalities": _ranked(found.ranked_modalities()),
         "rules": _rules(Rules.of(found)),

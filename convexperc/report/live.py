@@ -15,7 +15,6 @@ from convexperc.report.tables import above, below
 
 WIDTH, BAR, LONGEST = 80, 24, 140
 """Columns of the view, of the longest bar, and of a reason in all; the line of JSON has the whole of it."""
-_STYLES = {"proved": "bold green", "undecided": "bold yellow", "tie": "bold yellow"}
 
 
 def live_view(line: Mapping[str, Any], robots: Iterable[str], rate: float | None = None) -> RenderableType:
@@ -40,10 +39,9 @@ def _facts(line: Mapping[str, Any], rate: float | None) -> Table:
     grid.add_column(style="dim", no_wrap=True)
     grid.add_column(overflow="fold")
     grid.add_row("object", _object(line))
-    if line["acceptance"] is not None:
-        judged = line["acceptance"]
-        names = f" ({', '.join(judged['accepted'])})" if judged["accepted"] else ""
-        grid.add_row("calibrated", escaped(f"{judged['verdict']}{names}"))
+    judged = line["acceptance"]
+    names = f" ({', '.join(judged['accepted'])})" if judged and judged["accepted"] else ""
+    grid.add_row("acceptance", escaped(f"{judged['verdict']}{names}") if judged else "not judged")
     grid.add_row("optimum", _bounds(line["optimum"], "{} <= F* <= {}", 8))
     margin = _bounds(line["margin"], "{} to {}", 4)
     grid.add_row("margin", escaped(f"{margin} ahead of {line['runner_up']}" if line["margin"] else margin))
@@ -61,7 +59,8 @@ def _object(line: Mapping[str, Any]) -> Text:
     more = len(line["candidates"]) - 4
     if line["label"] is None and more > 0:
         shown += f" or {more} more"
-    text = Text(escaped(shown), style=_STYLES[line["verdict"]])
+    refused = line["acceptance"] is not None and line["acceptance"]["accepted"] != [line["label"]]
+    text = Text(escaped(shown), style="bold yellow" if refused or line["label"] is None else "bold green")
     text.append(f"  {line['verdict']}", style="default not bold")
     if line["certified"] is False:
         text.append(", not certified", style="yellow not bold")

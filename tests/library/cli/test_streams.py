@@ -25,8 +25,8 @@ from convexperc.report import recognition_line
 LAMBDAS = {"lambda1": 0.1, "lambda2": 1.0, "lambda3": 0.1}
 KEYS = {
     "schema", "time", "nanoseconds", "verdict", "label", "certified", "acceptance", "candidates", "best",
-    "optimum", "runner_up", "margin", "views", "missing", "ranked_views", "ranked_modalities", "rules",
-    "reason", "warnings", "milliseconds",
+    "optimum", "runner_up", "margin", "explained", "views", "missing", "ranked_views", "ranked_modalities",
+    "rules", "reason", "warnings", "milliseconds",
 }  # fmt: skip
 """Of every line."""
 FRAMES = 6
@@ -70,7 +70,7 @@ def test_a_stream_has_a_line_for_each_moment(world, run):  # noqa: F811
     for k, line in enumerate(found):
         seen = {f"husky-{1 + i}": picture(2, 10 * k + i)[..., ::-1] for i in range(2)}
         wanted = perceive(seen, known, prune=False, **LAMBDAS)
-        assert (line["verdict"], line["label"], line["certified"]) == ("proved", "can", True)
+        assert (line["verdict"], line["label"], line["certified"]) == ("proved: lowest optimum", "can", True)
         lower, upper = wanted.template().interval
         assert line["optimum"]["lower"] <= upper
         assert lower <= line["optimum"]["upper"]
@@ -91,7 +91,7 @@ def test_a_stream_has_a_line_for_each_moment(world, run):  # noqa: F811
         assert line["rules"]["disagreeing"] == list(Rules.of(wanted).disagreeing)
         assert line["acceptance"] is None
         assert line["milliseconds"] > 0.0
-    assert done.stderr.splitlines()[0] == f"{FRAMES} moments: the label is proved in {FRAMES}"
+    assert done.stderr.splitlines()[0] == f"{FRAMES} moments: the lowest optimum is proved in {FRAMES}"
 
 
 def test_a_robot_that_ends_is_missing_by_name_and_said_once(world, run, tmp_path):  # noqa: F811
@@ -156,7 +156,7 @@ def test_the_exit_status_of_a_stream(world, run, thresholds, tmp_path):  # noqa:
         "unknown",
         "recognised",
     ]
-    said = "3 moments: the label is proved in 3, and accepted by the calibration in 2 of these"
+    said = "3 moments: the lowest optimum is proved in 3, and accepted by the calibration in 2 of these"
     assert part.stderr.splitlines()[0] == said
     expect(0, *three("part", (2, 3, 2)))
     draw(tmp_path / "known" / "can.png", 2, 0)
@@ -164,7 +164,7 @@ def test_the_exit_status_of_a_stream(world, run, thresholds, tmp_path):  # noqa:
     twins = ["recognize", "--references", tmp_path / "known", "--configuration", world / "quick.json"]
     tied = expect(1, *twins, "--view", f"a={run / 'husky-1'}")
     assert {(line["verdict"], line["label"]) for line in lines(tied.stdout)} == {("tie", None)}
-    assert f"{FRAMES} moments: the label is proved in 0" in tied.stderr
+    assert f"{FRAMES} moments: the lowest optimum is proved in 0" in tied.stderr
 
 
 def broken(folder, count):
@@ -183,7 +183,7 @@ def test_a_moment_without_a_picture_is_a_line_and_is_not_0(world, run, tmp_path)
         assert (line["verdict"], line["label"], line["optimum"], line["milliseconds"]) == (None,) * 4
         assert "checksum" in line["missing"]["a"] or "must be complete" in line["missing"]["a"]
         assert line["reason"] == "no robot has a view"
-    assert "3 moments: the label is proved in 0; no robot has a view in 3" in done.stderr
+    assert "3 moments: the lowest optimum is proved in 0; no robot has a view in 3" in done.stderr
     draw(tmp_path / "broken" / "9.png", 2, 0)
     some = expect(1, *given(world, run), "--view", f"a={tmp_path / 'broken'}")
     assert [line["label"] for line in lines(some.stdout)] == [None, None, None, "can"]
@@ -243,7 +243,7 @@ def test_a_broken_picture_is_left_out_by_name_unless_strict(world, run, tmp_path
     record = json.loads((tmp_path / "r.json").read_text())
     assert record["views"] == ["good"]
     assert record["warnings"] == ["robot 'bad' is left out: it has no frame"]
-    assert [line.startswith("bad: left out; ") for line in done.stderr.splitlines()] == [False, True]
+    assert [line.startswith("bad: left out; ") for line in done.stderr.splitlines()] == [True, False]
     assert "robot 'bad' is left out" in done.stdout
     expect(2, *given(world, run), *named, "--strict", "--json", tmp_path / "s.json")
     assert not (tmp_path / "s.json").exists()
@@ -339,7 +339,7 @@ def test_watch_without_a_terminal_prints_lines_alone(world, run):  # noqa: F811
     assert done.returncode == 0, done.stderr
     assert len(lines(done.stdout)) == FRAMES
     assert "\x1b" not in done.stdout + done.stderr
-    assert done.stderr.splitlines()[0] == f"{FRAMES} moments: the label is proved in {FRAMES}"
+    assert done.stderr.splitlines()[0] == f"{FRAMES} moments: the lowest optimum is proved in {FRAMES}"
 
 
 def in_terminal(arguments, term="xterm-256color", seconds=60.0):
@@ -438,7 +438,7 @@ def test_each_line_comes_at_once_and_an_interruption_is_130(world, run):  # noqa
     assert process.returncode == 130, (process.returncode, said)
     assert came.count(b"\n") == 3, "lines are kept back"
     assert len(lines((came + rest).decode())) == 3
-    assert said.decode().splitlines()[0] == "3 moments: the label is proved in 3"
+    assert said.decode().splitlines()[0] == "3 moments: the lowest optimum is proved in 3"
     assert said.decode().splitlines()[-1] == "interrupted"
 
 
@@ -521,7 +521,7 @@ def test_three_robots_of_a_bag(bag, tmp_path):
         for robot, seen in line["views"].items():
             assert seen - line["time"] == pytest.approx(robots.OFFSETS[robot] / 1e9, abs=1e-6)
     said = done.stderr.splitlines()
-    assert said[0] == "12 moments: the label is proved in 12"
+    assert said[0] == "12 moments: the lowest optimum is proved in 12"
     assert [line for line in said if line.startswith("spot: missing in 3 of 12 moments")]
     assert [line for line in said if line.startswith("husky-2: missing in 2 of 12 moments")]
     check_results(out, found)

@@ -42,7 +42,7 @@ def test_the_view_has_what_the_line_has(found):
     line = line_of(found) | {"milliseconds": 12.34}
     text = shown(line, rate=9.87)
     lower, upper = found.template("cup").interval
-    assert "cup  proved" in text
+    assert "cup  proved: lowest optimum" in text
     stated = next(row for row in text.splitlines() if "<= F* <=" in row).split()
     below, above = float(stated[2]), float(stated[6])
     assert below <= lower <= upper <= above, "bounds are rounded outwards"
@@ -89,7 +89,9 @@ def test_the_calibration_is_in_line_and_view(found):
     line = line_of(found, judgement)
     assert line["acceptance"] == {"verdict": "recognised", "accepted": ["cup"]}
     assert "recognised (cup)" in shown(line)
-    assert "calibrated" not in shown(line_of(found))
+    assert "not judged" in shown(line_of(found))
+    refused = line | {"acceptance": {"verdict": "unknown", "accepted": []}}
+    assert "acceptance  unknown" in shown(refused)
 
 
 def test_names_cannot_write_to_the_terminal(found):
