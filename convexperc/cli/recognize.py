@@ -1,5 +1,6 @@
 """Commands of recognition: known objects, their thresholds, and which of them the views show."""
 
+import math
 import os
 import time
 from collections.abc import Mapping
@@ -14,7 +15,7 @@ from convexperc.cli import stream_options, streams
 from convexperc.cli.exits import exits
 from convexperc.cli.options import BUDGET, EPILOG, Json, Seconds, check_outputs, write
 from convexperc.cli.progress import working
-from convexperc.errors import escaped
+from convexperc.errors import CalibrationError, escaped
 from convexperc.files import json_bytes
 
 app = typer.Typer()
@@ -226,6 +227,10 @@ def calibrate(
             )  # fmt: skip
             found.append((seen, truth))
         made, counts = _calibrated(known, found, robots, coverage, chosen, decision)
+        if math.isinf(made.share):
+            must = f"must be at least {recognition.fewest_scenes(coverage)} for a coverage of {coverage:g}"
+            remedy = "Label more scenes, or lower --coverage."
+            raise CalibrationError("scenes of known objects", value=made.scenes, must=must, remedy=remedy)
         content = {out: json_bytes(made.to_dict())}
     write(content)
     for line in dict.fromkeys(warning for seen, _ in found for warning in seen.warnings):
@@ -250,7 +255,7 @@ def _calibrated(
     scenes = recognition.held_out_scenes(
         known.library, robots, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3, decision=decision
     )
-    made = recognition.Calibration.of(scenes, coverage, recognition.Origin.HELD_OUT)
+    made = recognition.Calibration.of(scenes, coverage, known.library)
     return made, recognition.counted(made, found) if found else None
 
 

@@ -6,6 +6,7 @@ from .calibration import (
     Origin,
     calibrated,
     counted,
+    fewest_scenes,
     read_calibration,
 )
 from .decision import Decision
@@ -53,6 +54,7 @@ __all__ = [
     "counted",
     "decide",
     "decided_by",
+    "fewest_scenes",
     "held_out_scenes",
     "left_out",
     "narrowed_answers",

@@ -15,6 +15,9 @@ Source: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005
 predictors at alpha / 2 each are joined by the union bound.
 """
 
+import functools
+import hashlib
+import json
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,13 +25,18 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+import numpy as np
+
 from convexperc.errors import CalibrationError, InputError
 from convexperc.files import placed, read_json
-from convexperc.problem.arrays import nonnegative_number
+from convexperc.problem.arrays import BLOCK, nonnegative_number
+from convexperc.problem.library import TemplateLibrary
 from convexperc.recognition.decision import Decision
 from convexperc.recognition.recognition import Recognition
 
 SCHEMA = "convexperc/calibration/1"
+LARGEST = 1.7976931348623157e308
+"""The largest number of float64."""
 
 
 class Origin(Enum):
@@ -90,7 +98,10 @@ class Calibration:
         The largest accepted scores; infinite where there were too few scenes to set one.
     lambdas : (float, float, float)
     decision : Decision
-        Of the recognitions; `judge` takes no others.
+    library : str
+        `library_digest` of the known objects. `judge` takes no other lambdas, decision or library.
+    views : (int, int)
+        Least and greatest number of views of a scene.
     origin : Origin
     """
 
@@ -100,6 +111,8 @@ class Calibration:
     share: float
     lambdas: tuple[float, float, float]
     decision: Decision
+    library: str
+    views: tuple[int, int]
     origin: Origin = Origin.LABELLED
 
     @classmethod
@@ -107,7 +120,7 @@ class Calibration:
         cls,
         labelled: Iterable[tuple[Recognition, str]],
         coverage: Any = 0.9,
-        origin: Origin = Origin.LABELLED,
+        held_out_of: TemplateLibrary | None = None,
     ) -> "Calibration":
         """Set the thresholds.
 
@@ -117,24 +130,27 @@ class Calibration:
             A recognition with ``prune=False`` of each scene, and the object that it really shows.
         coverage : float
             In (0, 1).
-        origin : Origin
-            Where the scenes are from.
+        held_out_of : TemplateLibrary, optional
+            The library of which `held_out_scenes` made the scenes. Without it they are labelled scenes, and
+            all of one library.
 
         Raises
         ------
         CalibrationError
-            No scene, a coverage out of range, an object that is not known, or different settings.
+            No scene, a coverage out of range, an object that is not known, or different lambdas, decisions or
+            libraries.
         """
         wanted = nonnegative_number(coverage, "coverage", error=CalibrationError)
         if not 0.0 < wanted < 1.0:
             raise CalibrationError("coverage", value=coverage, must="must be a number between 0 and 1")
-        settings, excess, share = None, list[float](), list[float]()
+        settings, excess, share, views = None, list[float](), list[float](), list[int]()
         for found, truth in labelled:
-            given = found.answers.lambdas, found.decision
+            given = _settings(found, held_out_of)
             settings = given if settings is None else settings
             if given != settings:
-                must = f"must be those of the first one, {settings}"
-                raise CalibrationError("the settings of a scene", value=given, must=must)
+                must = f"must be recognised with {_told(settings)}, as the first one"
+                raise CalibrationError("a scene", value=_told(given), must=must)
+            views.append(len(found.views))
             every = scores(found)
             if truth not in every:
                 must = f"must be one of the known objects, {', '.join(every)}"
@@ -144,7 +160,12 @@ class Calibration:
         if settings is None:
             raise CalibrationError("scenes", value=0, must="must be at least one")
         level = 1.0 - (1.0 - wanted) / 2.0
-        return cls(wanted, len(excess), _quantile(excess, level), _quantile(share, level), *settings, origin)
+        lambdas, decision, library = settings
+        origin = Origin.LABELLED if held_out_of is None else Origin.HELD_OUT
+        return cls(
+            wanted, len(excess), _quantile(excess, level), _quantile(share, level), lambdas, decision,
+            library, (min(views), max(views)), origin,
+        )  # fmt: skip
 
     def judge(self, found: Recognition) -> Judgement:
         """Which objects are accepted; one whose bounds leave it open is.
@@ -152,21 +173,28 @@ class Calibration:
         Raises
         ------
         CalibrationError
-            Other lambdas, or another decision.
+            Other lambdas, another decision, or another library.
         """
-        given = found.answers.lambdas, found.decision
-        if given != (self.lambdas, self.decision):
-            must = f"must be those of the calibration, {(self.lambdas, self.decision)}"
-            raise CalibrationError("the settings", value=given, must=must)
+        own, given = (self.lambdas, self.decision, self.library), _settings(found, None)
+        if given != own:
+            must = f"must be made with {_told(own)}, those of the calibration"
+            remedy = "Calibrate again for these."
+            raise CalibrationError("the recognition", value=_told(given), must=must, remedy=remedy)
         every = scores(found)
         near = [name for name, each in every.items() if each.excess[0] <= self.excess]
         accepted = tuple(name for name in near if every[name].share[0] <= self.share)
+        least, most = self.views
+        more = f"calibrated with {least}" + (f" to {most}" if most > least else "")
+        more = "" if least <= len(found.views) <= most else f"; {more} views, these are {len(found.views)}"
         if len(accepted) == 1:
-            return Judgement(Acceptance.RECOGNISED, accepted, "it alone is accepted")
+            return Judgement(Acceptance.RECOGNISED, accepted, f"it alone is accepted{more}")
+        if math.isinf(self.share):
+            more = f"; the calibration had too few scenes to refuse any{more}"
         if accepted:
-            return Judgement(Acceptance.AMBIGUOUS, accepted, f"{len(accepted)} objects are accepted")
-        left = min(every[name].share[0] for name in near)
-        reason = f"at least {left:.3g} of its template is left unexplained; accepted are {self.share:.3g}"
+            return Judgement(Acceptance.AMBIGUOUS, accepted, f"{len(accepted)} objects are accepted{more}")
+        left = 100.0 * min(every[name].share[0] for name in near)
+        said = f"the views leave {left:.2f} % of the best template unexplained"
+        reason = f"{said}, more than the {100.0 * self.share:.2f} % that are accepted{more}"
         return Judgement(Acceptance.UNKNOWN, (), reason)
 
     def to_dict(self) -> dict[str, Any]:
@@ -179,6 +207,8 @@ class Calibration:
             "share": None if math.isinf(self.share) else self.share,
             "lambdas": list(self.lambdas),
             "decision": self.decision.value,
+            "library": self.library,
+            "views": list(self.views),
             "origin": self.origin.value,
         }
 
@@ -191,7 +221,10 @@ class Calibration:
         CalibrationError
             A key is unknown or missing, or a value is invalid.
         """
-        keys = {"schema", "coverage", "scenes", "excess", "share", "lambdas", "decision", "origin"}
+        keys = {
+            "schema", "coverage", "scenes", "excess", "share", "lambdas", "decision", "library", "views",
+            "origin",
+        }  # fmt: skip
         if not isinstance(record, Mapping) or set(record) != keys or record["schema"] != SCHEMA:
             must = f"must be a mapping with schema {SCHEMA!r} and exactly the keys {', '.join(sorted(keys))}"
             raise CalibrationError("calibration", value=record, must=must)
@@ -202,8 +235,10 @@ class Calibration:
             f"lambda{i}": each for i, each in enumerate(lambdas if isinstance(lambdas, list) else [], 1)
         }
         for name, value in numbers.items():
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0.0:
-                raise CalibrationError(name, value=value, must="must be a number >= 0")
+            if name in limits and record[name] is None:
+                continue
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value <= LARGEST:
+                raise CalibrationError(name, value=value, must="must be a number >= 0 that float64 holds")
         count = record["scenes"]
         if len(numbers) != 6 or type(count) is not int or count < 1 or not 0.0 < numbers["coverage"] < 1.0:
             must = "must have three lambdas, at least one scene, and a coverage between 0 and 1"
@@ -213,8 +248,21 @@ class Calibration:
         decision, origins = Decision.of(record["decision"]), [origin.value for origin in Origin]
         if record["origin"] not in origins:
             raise CalibrationError("origin", value=record["origin"], must=f"must be one of {origins}")
-        origin = Origin(record["origin"])
-        return cls(float(numbers["coverage"]), count, *thresholds, (one, two, three), decision, origin)
+        origin, views, library = Origin(record["origin"]), record["views"], record["library"]
+        if not isinstance(views, list) or [type(each) for each in views] != [int, int] or views[0] < 1:
+            raise CalibrationError("views", value=views, must="must be two integers >= 1")
+        if not isinstance(library, str):
+            raise CalibrationError("library", value=library, must="must be the digest of a library")
+        return cls(
+            float(numbers["coverage"]),
+            count,
+            *thresholds,
+            (one, two, three),
+            decision,
+            library,
+            (views[0], views[1]),
+            origin,
+        )
 
 
 def read_calibration(path: str | os.PathLike[str]) -> Calibration:
@@ -243,6 +291,8 @@ class Counts:
         these of which it is another one.
     unknown, refused, claimed : int
         Scenes of objects that are not known; those of which no object is accepted, and one.
+    strangers : tuple of str
+        Names of these objects.
     """
 
     known: int
@@ -252,6 +302,7 @@ class Counts:
     unknown: int
     refused: int
     claimed: int
+    strangers: tuple[str, ...] = ()
 
 
 def calibrated(
@@ -284,11 +335,12 @@ def _counts(judged: Sequence[tuple[Judgement, str, bool]]) -> Counts:
     """Of judgements with the true object and whether it is known."""
     known = [(each.accepted, truth) for each, truth, is_known in judged if is_known]
     unknown = [each.acceptance for each, _, is_known in judged if not is_known]
+    strangers = tuple(dict.fromkeys(truth for _, truth, is_known in judged if not is_known))
     alone = [(names, truth) for names, truth in known if len(names) == 1]
     return Counts(
         len(known), sum(truth in names for names, truth in known), len(alone),
         sum(truth not in names for names, truth in alone), len(unknown), unknown.count(Acceptance.UNKNOWN),
-        unknown.count(Acceptance.RECOGNISED),
+        unknown.count(Acceptance.RECOGNISED), strangers,
     )  # fmt: skip
 
 
@@ -321,6 +373,42 @@ def _excess(cost: float, least: float, way: float) -> float:
         return math.inf
     share = math.nextafter(cost / least, way)
     return max(0.0, math.nextafter(share - 1.0, way))
+
+
+@functools.lru_cache(maxsize=4)
+def library_digest(library: TemplateLibrary) -> str:
+    """SHA-256 of the names, objects, modalities and numbers of a library, in hexadecimal."""
+    names = library.names, library.shown, library.modalities.names, library.modalities.sizes
+    found = hashlib.sha256(json.dumps([list(each) for each in names]).encode())
+    O = library.O  # noqa: E741 - the paper's symbol
+    step = max(1, BLOCK // (8 * O.shape[0]))
+    for first in range(0, O.shape[1], step):
+        part = np.asarray(O[:, first : first + step], dtype="<f8")
+        found.update(np.ascontiguousarray(part.T + 0.0).tobytes())  # -0 is 0
+    return found.hexdigest()
+
+
+Settings = tuple[tuple[float, float, float], Decision, str]
+"""Lambdas, decision, and digest of the library."""
+
+
+def _settings(found: Recognition, library: TemplateLibrary | None) -> Settings:
+    digest = library_digest(found.answers.data.library if library is None else library)
+    return found.answers.lambdas, found.decision, digest
+
+
+def _told(settings: Settings) -> str:
+    lambdas, decision, library = settings
+    said = ", ".join(f"lambda{i} = {value:g}" for i, value in enumerate(lambdas, 1))
+    return f"{said}, decided by {decision.value}, library {library[:12]}"
+
+
+def fewest_scenes(coverage: float) -> int:
+    """The least number of scenes that sets thresholds: 2 / (1 - coverage) - 1, rounded up."""
+    level, count = 1.0 - (1.0 - coverage) / 2.0, 1
+    while math.ceil((count + 1) * level) > count:
+        count += 1
+    return count
 
 
 def _quantile(values: list[float], level: float) -> float:

@@ -62,7 +62,7 @@ class EachView:
         ends = []
         for side, way in ((0, -math.inf), (1, math.inf)):
             parts = np.stack([_by_object(found, found.costs[side]) for found in self.recognitions])
-            sums = [math.nextafter(math.fsum(column), way) for column in parts.T.tolist()]
+            sums = [math.nextafter(_sum(column), way) for column in parts.T.tolist()]
             ends.append(np.maximum(sums, 0.0))
         return ends[0], ends[1]
 
@@ -80,8 +80,16 @@ class EachView:
 
     @property
     def margin(self) -> tuple[float, float] | None:
-        """Proved bounds of 1 - c1 / c2, c1 being the lowest sum and c2 the next; None for one object."""
+        """Proved bounds of max(0, 1 - c1 / c2), c1 being the lowest sum, c2 the next; None for one object."""
         return margin_of(self.costs, np.arange(len(self.objects)) == self.objects.index(self.candidates[0]))
+
+
+def _sum(values: list[float]) -> float:
+    """The exact sum, rounded; infinite beyond the range of float64."""
+    try:
+        return math.fsum(values)
+    except OverflowError:
+        return math.inf
 
 
 def _by_object(found: Recognition, ends: Float[np.ndarray, " p"]) -> Float[np.ndarray, " k"]:

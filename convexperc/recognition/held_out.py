@@ -51,8 +51,11 @@ def held_out_scenes(
     The references of an object are often pictures of one occasion without obstacles. Thresholds set by them
     hold for views like that, and only nearly, since these scenes share references.
     """
-    if robots < 1:
-        raise CalibrationError("robots", value=robots, must="must be at least 1")
+    if type(robots) is not int or robots < 1:
+        raise CalibrationError("robots", value=robots, must="must be an integer of at least 1")
+    if not isinstance(library, TemplateLibrary):
+        must = "must be a TemplateLibrary"
+        raise CalibrationError("library", value=type(library).__name__, must=must)
     sizes = np.bincount(library.owners)
     if not (sizes > robots).any():
         must = f"must have more than {robots} references for at least one object"

@@ -324,7 +324,8 @@ def decide(
         return Recognition(kind, label, candidates, reason, names, answers, views, warnings, decision)
 
     if len(library.objects) > 1 and _all_zero(answers):
-        candidates = library.objects
+        order = library.owners[np.argsort(upper, kind="stable")].tolist()
+        candidates = tuple(library.objects[owner] for owner in dict.fromkeys(order))
         reason = "every optimum is w = u = 0, so that F* = ||o||^2 says nothing of the views; lower lambda2"
         return verdict(Verdict.TIE, reason)
     if len(candidates) == 1:

@@ -230,6 +230,11 @@ class Recognition:
         """One template by its name, or the best one of an object; without a name, of the first candidate."""
         wanted, library = self.candidates[0] if name is None else name, self.answers.data.library
         if wanted in library.objects:
+            shown = library.shown[self.names.index(wanted)] if name in self.names else wanted
+            if shown != wanted:
+                must = f"must not be the name both of an object and of a reference of {shown!r}"
+                remedy = "Take it from `templates` or `best_templates`."
+                raise TemplateNameError("template", value=wanted, must=must, remedy=remedy)
             return self._template(int(self._best[library.objects.index(wanted)]))
         if wanted not in self.names:
             known = [*library.objects, *self.names] if library.given_objects else list(self.names)
@@ -244,7 +249,7 @@ class Recognition:
 
     @cached_property
     def margin(self) -> tuple[float, float] | None:
-        """Proved bounds of the relative margin 1 - c1 / c2, in [0, 1]; None where there is one object.
+        """Proved bounds of the relative margin max(0, 1 - c1 / c2); None where there is one object.
 
         c1 is what the first candidate costs, c2 the least that another object costs. With ``prune=True`` the
         other objects are bounded only as far as the label needs, and so is the margin.

@@ -14,7 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
+from numpy.typing import NDArray
 
+from convexperc.problem.arrays import binary_exponent
 from convexperc.problem.reduced import ReducedData
 from convexperc.recognition.recognition import Recognition
 
@@ -52,33 +54,42 @@ class Rules:
     def of(cls, found: Recognition) -> "Rules":
         """Apply all of them; numbers are to rounding."""
         data, objects, lowest = found.answers.data, found.objects, found.candidates[0]
-        views, mean = _distances(data)
+        views, mean, exponent = _distances(data)
         distances, to_mean = _by_object(data, views), _by_object(data, mean[None])[0]
         nearest = tuple(objects[place] for place in distances.argmin(axis=1).tolist())
         votes, sums = Counter(nearest), dict(zip(objects, distances.sum(axis=0).tolist(), strict=True))
         ranked = sorted(votes, key=lambda name: (-votes[name], sums[name]))
         return cls(
-            nearest, distances, ranked[0], objects[int(to_mean.argmin())],
+            nearest, _scaled(distances, 2 * exponent), ranked[0], objects[int(to_mean.argmin())],
             objects[int(distances.min(axis=0).argmin())], {name: votes[name] for name in ranked}, lowest,
             tuple(robot for robot, name in zip(found.views, nearest, strict=True) if name != lowest),
         )  # fmt: skip
 
 
-def _distances(data: ReducedData) -> tuple[Float[np.ndarray, "n p"], Float[np.ndarray, " p"]]:
-    """||x_i - o_j||^2, and the same of the mean of the views, on the original data."""
+def _distances(data: ReducedData) -> tuple[Float[np.ndarray, "n p"], Float[np.ndarray, " p"], int]:
+    """||x_i - o_j||^2, the same of the mean of the views, and e: both are to be multiplied by 2^2e."""
     n, lengths = data.n, data.library.lengths
-    with np.errstate(over="ignore", invalid="ignore"):
-        if data.sound.all():
-            G = np.ldexp(data.G, 2 * data.x)
-            products = np.ldexp(data.C, (data.x + lengths.exponents)[:, None]).T
-            squares = lengths.squares
-        else:  # the Gram matrices may have overflowed or underflowed
-            X, columns = data.views.X, np.asarray(data.library.O, dtype=np.float64)
-            G, products = X @ X.T, X @ columns
-            squares = np.einsum("dp,dp->p", columns, columns)
-        views = G.diagonal()[:, None] - 2.0 * products + squares
-        mean = G.sum() / n**2 - 2.0 * products.mean(axis=0) + squares
-    return np.maximum(views, 0.0), np.maximum(mean, 0.0)
+    if data.sound.all():
+        e = max(data.x, int(lengths.exponents.max()))
+        G = np.ldexp(data.G, 2 * (data.x - e))
+        products = np.ldexp(data.C, (data.x + lengths.exponents - 2 * e)[:, None]).T
+        squares = _scaled(lengths.squares, -2 * e)
+    else:  # the Gram matrices may have overflowed or underflowed
+        X, columns = data.views.X, np.asarray(data.library.O, dtype=np.float64)
+        e = max(binary_exponent(X), binary_exponent(columns.T))
+        X, columns = _scaled(X, -e), _scaled(columns, -e)
+        G, products = X @ X.T, X @ columns
+        squares = np.einsum("dp,dp->p", columns, columns)
+    views = G.diagonal()[:, None] - 2.0 * products + squares
+    mean = G.sum() / n**2 - 2.0 * products.mean(axis=0) + squares
+    return np.maximum(views, 0.0), np.maximum(mean, 0.0), e
+
+
+def _scaled(values: NDArray[np.float64], exponent: int) -> NDArray[np.float64]:
+    """Multiply by a power of two, in two steps where it is not a number itself."""
+    half = exponent // 2
+    with np.errstate(over="ignore", under="ignore"):
+        return np.asarray(np.ldexp(np.ldexp(values, half), exponent - half))
 
 
 def _by_object(data: ReducedData, distances: Float[np.ndarray, "r p"]) -> Float[np.ndarray, "r k"]:

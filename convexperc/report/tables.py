@@ -53,7 +53,7 @@ def show_recognition(
         ("label", labelled(recognition)),
         ("acceptance", accepted(judgement)),
         ("verdict", stated(recognition)),
-        *_margin(recognition),
+        *(_margin(recognition) if recognition.label is not None else []),
         ("explained", f"{percents(recognition.explained)} of ||o||^2 by the views"),
         *_rules(recognition),
         *_each_view(each_view),
@@ -109,26 +109,30 @@ def show_calibration(out: Console, made: "Calibration", counts: "Counts | None")
             f"{100 * made.coverage:g} % of scenes of known objects, drawn as these {made.scenes} "
             f"{made.origin.value} were",
         ),
-        ("excess", _threshold(made.excess, "how much more than the best object one may cost, relatively")),
-        ("share", _threshold(made.share, "of ||o||^2 that one may leave unexplained")),
+        (
+            "excess",
+            _threshold(made.excess, "above the lowest cost is the most that an accepted one costs"),
+        ),
+        ("share", _threshold(made.share, "of ||o||^2 is the most that it leaves unexplained")),
     ]
     if counts is not None and counts.known:
         by = ", each judged by the others" if made.origin.value == "labelled scenes" else ""
         said = (
-            f"of {counts.known} scenes{by}: {counts.accepted} have their object accepted; "
-            f"{counts.recognised} have one object accepted, {counts.wrong} of these another one"
+            f"of {counts.known} scenes{by}: in {counts.accepted} the true object is accepted; in "
+            f"{counts.recognised} one object alone is, and in {counts.wrong} of these a wrong one"
         )
         facts.append(("known", said))
     if counts is not None and counts.unknown:
         claimed = f"in {counts.claimed} one object is accepted"
-        facts.append(("unknown", f"of {counts.unknown} scenes {counts.refused} are refused; {claimed}"))
+        of = f"of {counts.unknown} scenes of objects that are not known ({', '.join(counts.strangers)})"
+        facts.append(("unknown", f"{of} {counts.refused} are refused; {claimed}"))
     show_facts(out, "Calibration", facts)
 
 
 def _threshold(value: float, what: str) -> str:
     if value == float("inf"):
         return "none: too few scenes for this coverage, so that nothing is refused by it"
-    return f"{value:.6g} {what}"
+    return f"{100.0 * value:.4g} % {what}"
 
 
 def _margin(recognition: "Recognition") -> list[tuple[str, str]]:
@@ -153,7 +157,7 @@ def _rules(found: "Recognition") -> list[tuple[str, str]]:
     votes = ", ".join(f"{name} {count}" for name, count in rules.votes.items())
     said = f"mean of the views: {rules.mean}; best view: {rules.best_view}; votes of the views: {votes}"
     facts = [("other rules", said)]
-    if rules.disagreeing:
+    if rules.disagreeing and found.label is not None:
         facts.append(
             ("disagreeing", f"nearest to another object than {rules.lowest}: {', '.join(rules.disagreeing)}")
         )

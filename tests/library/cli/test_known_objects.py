@@ -133,7 +133,9 @@ def test_calibrate_says_what_of_the_scenes_it_leaves_out_and_which_views_show_no
     dark = tmp_path / "scenes" / "can" / "2" / "robot-1.png"
     assert cv2.imwrite(str(dark), np.zeros((48, 48, 3), np.uint8))
     given = ["--references", world / "known", "--scenes", tmp_path / "scenes", "--out", tmp_path / "t.json"]
-    lines = expect(0, "calibrate", *given, "--configuration", world / "quick.json").stderr.splitlines()
+    lines = expect(
+        0, "calibrate", *given, "--coverage", 0.8, "--configuration", world / "quick.json"
+    ).stderr.splitlines()
     assert lines[0] == (
         f"left out of {tmp_path / 'scenes'}: loose.png (a picture outside of a scene), "
         "cup/1/robot-9.HEIC (HEIC is not read; convert it to PNG)"
@@ -182,8 +184,12 @@ def test_the_references_themselves_may_set_the_thresholds(world, tmp_path):
     assert (record["origin"], record["scenes"]) == ("held-out references", 4)  # of box and can; cup has one
     assert "these 4 held-out references" in said
     assert "known" not in said.replace("known objects", "")
-    counted = expect(0, "calibrate", *given, "--robots", 1, "--scenes", world / "scenes").output
-    assert "of 12 scenes: 12 have" in counted
+    coverage = "--coverage", 0.5
+    counted = expect(0, "calibrate", *given, "--robots", 1, "--scenes", world / "scenes", *coverage).output
+    assert re.search(r"of 12 scenes: in \d+ the true object is accepted", counted), counted
+    assert re.search(r"of 4 scenes of objects that are not known \(hat\) \d are refused", counted), counted
+    few = expect(2, "calibrate", *given, "--robots", 1)
+    assert "must be at least 19 for a coverage of 0.9; got 4" in few.output
     assert json.loads((tmp_path / "t.json").read_text())["scenes"] == 4
     failed = expect(2, "calibrate", *given, "--robots", 2)
     assert "more than 2 references" in failed.output

@@ -2,13 +2,14 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from convexperc import TemplateLibrary, recognize
 from convexperc.errors import CalibrationError, DecisionError
-from convexperc.recognition.calibration import Acceptance, Calibration, scores
+from convexperc.recognition.calibration import Acceptance, Calibration, fewest_scenes, scores
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 0.1, "lambda3": 0.1}
 SIZES = [6, 6]
@@ -75,13 +76,58 @@ def test_every_verdict_and_its_reason():
     made = Calibration.of(given, 0.8)
     kinds = {made.judge(found).acceptance for found, _ in given}
     assert Acceptance.RECOGNISED in kinds
-    strict = Calibration(0.5, 1, 0.0, 0.0, (0.1, 0.1, 0.1), made.decision)
+    strict = replace(made, excess=0.0, share=0.0)
     refused = strict.judge(given[0][0])
     assert (refused.acceptance, refused.accepted) == (Acceptance.UNKNOWN, ())
-    assert "left unexplained" in refused.reason
-    loose = Calibration(0.5, 1, math.inf, math.inf, (0.1, 0.1, 0.1), made.decision).judge(given[0][0])
+    assert "of the best template unexplained" in refused.reason
+    loose = replace(made, excess=math.inf, share=math.inf).judge(given[0][0])
+    assert "too few scenes to refuse any" in loose.reason
     assert set(loose.accepted) == set("abcde")
     assert loose.accepted[0] == given[0][0].label
+
+
+def test_another_library_or_number_of_views_is_no_silent_matter():
+    made = Calibration.of(labelled(1, 19))
+    X = OBJECTS[:, :3].T.copy()
+    assert made.views == (4, 4)
+    fewer = made.judge(recognize(X, LIBRARY, prune=False, **LAMBDAS))
+    assert fewer.reason.endswith("; calibrated with 4 views, these are 3")
+    for other in (
+        TemplateLibrary(OBJECTS[:, :5], names=list("abcdx"), modalities=SIZES),
+        TemplateLibrary(OBJECTS[:, :5] * 2.0, names=list("abcde"), modalities=SIZES),
+        TemplateLibrary(OBJECTS[:, :5], names=list("abcde"), modalities=[5, 7]),
+        TemplateLibrary(OBJECTS[:, :5], names=list("abcde"), objects=list("aacde"), modalities=SIZES),
+    ):
+        found = recognize(X, other, prune=False, **LAMBDAS)
+        with pytest.raises(CalibrationError, match="those of the calibration"):
+            made.judge(found)
+        with pytest.raises(CalibrationError, match="as the first one"):
+            Calibration.of([*labelled(1, 2), (found, "a")])
+    same = TemplateLibrary(OBJECTS[:, :5].copy(), names=list("abcde"), modalities=SIZES)
+    assert made.judge(recognize(X, same, prune=False, **LAMBDAS)) == fewer
+
+
+@pytest.mark.parametrize("coverage", [0.5, 0.8, 0.9, 0.95, 0.99])
+def test_as_few_scenes_as_said_set_thresholds(coverage):
+    count = fewest_scenes(coverage)
+    assert count == round(2.0 / (1.0 - coverage)) - 1
+    found = labelled(1, 1) * count
+    assert Calibration.of(found, coverage).share < math.inf
+    assert Calibration.of(found[1:], coverage).share == math.inf if count > 1 else True
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("excess", 10**400), ("share", -1.0), ("share", math.inf), ("lambdas", [0.1, 0.1, 10**400]),
+        ("lambdas", [0.1, 0.1, math.inf]),
+        ("library", 3), ("views", [4]), ("views", [0, 4]), ("views", [True, 4]), ("origin", "dream"),
+    ],
+)  # fmt: skip
+def test_a_record_that_holds_something_else_is_refused(name, value):
+    record = Calibration.of(labelled(1, 3)).to_dict()
+    with pytest.raises(CalibrationError):
+        Calibration.from_dict({**record, name: value})
 
 
 @pytest.mark.parametrize("coverage", [0.8, 0.95])
@@ -101,7 +147,7 @@ def test_what_does_not_fit_is_refused():
         Calibration.of([(given[0][0], "f")])
     made, X = Calibration.of(given), np.ones((2, 12))
     other = recognize(X, LIBRARY, lambda1=1.0, lambda2=0.1, lambda3=0.1)
-    with pytest.raises(CalibrationError, match="those of the first one"):
+    with pytest.raises(CalibrationError, match="as the first one"):
         Calibration.of([*given, (other, "a")])
     with pytest.raises(CalibrationError, match="those of the calibration"):
         made.judge(other)

@@ -75,6 +75,16 @@ def test_what_is_equal_has_no_label_and_one_object_no_margin():
     assert (alone.label, alone.margin) == ("a", None)
 
 
+def test_a_sum_beyond_float64_is_bounded_by_infinity():
+    X = np.array([[1.0, 0], [0, 1], [1, 1]])
+    lambdas = {"lambda1": 0.1, "lambda2": 1e300, "lambda3": 1e300}
+    every = EachView.of(recognize(X, {"a": [1.2e154, 0], "b": [0, 1.3e154]}, **lambdas))
+    lower, upper = every.costs
+    assert np.isfinite(lower).all()
+    assert np.isinf(upper).all()
+    assert (every.label, every.candidates) == (None, ("a", "b"))
+
+
 def test_lambdas_and_decision_are_those_of_the_recognition():
     X, library = scene(3)
     found = recognize(X, library, lambda1=0.3, lambda2=0.02, lambda3=0.4, decision="explained fraction")

@@ -40,8 +40,9 @@ def test_every_scene_is_that_of_the_others_without_its_views(robots):
 
 
 def test_their_origin_is_kept():
-    made = Calibration.of(held_out_scenes(LIBRARY, **LAMBDAS), 0.5, Origin.HELD_OUT)
-    assert (made.scenes, made.origin) == (7, Origin.HELD_OUT)
+    made = Calibration.of(held_out_scenes(LIBRARY, **LAMBDAS), 0.5, LIBRARY)
+    assert (made.scenes, made.origin, made.views) == (7, Origin.HELD_OUT, (1, 1))
+    assert made.judge(recognize(COLUMNS[:, :1].T, LIBRARY, prune=False, **LAMBDAS)).accepted
     assert Calibration.from_dict(made.to_dict()) == made
     with pytest.raises(CalibrationError, match="origin"):
         Calibration.from_dict({**made.to_dict(), "origin": "somewhere"})

@@ -21,6 +21,17 @@ def made(
     return X, TemplateLibrary(O, objects=shown, modalities=[4, 5])
 
 
+@pytest.mark.parametrize("exponent", [0, 300, -300, 540, -540, 1000, -1000])
+def test_the_rules_do_not_depend_on_the_unit(exponent):
+    X, unit = np.array([[1.0, 0.1], [0.9, 0.0]]), 2.0**exponent
+    found = recognize(
+        X * unit, {"b": [0.0, unit], "a": [unit, 0.0]}, lambda1=0.1, lambda2=0.0, lambda3=0.0, escalate=False
+    )
+    rules = Rules.of(found)
+    assert (rules.mean, rules.vote, rules.best_view, rules.nearest) == ("a", "a", "a", ("a", "a"))
+    assert not np.isnan(rules.distances).any()
+
+
 @pytest.mark.parametrize("scale", [1.0, 2.0**40, 1e-90])
 @pytest.mark.parametrize("seed", range(12))
 def test_every_rule_is_what_its_definition_says(seed, scale):

@@ -135,3 +135,22 @@ def test_pictures_of_references_are_read_from_files_and_folders(tmp_path):
     assert (references.names, references.objects) == (("box", "cup/back", "cup/front"), ("box", "cup"))
     seen = perceive({"one": found["cup"]["front"]}, references, **LAMBDAS)
     assert (seen.label, seen.template().name) == ("cup", "cup/front")
+
+
+def test_candidates_of_a_tie_at_zero_come_in_the_order_of_their_costs():
+    library = TemplateLibrary(
+        np.array([[-2.0, 4], [-2, 4], [2, -4], [0, -4]]).T, objects=["o0", "o0", "o0", "o2"]
+    )
+    found = recognize(np.zeros((2, 2)), library, lambda1=0.1, lambda2=0.1, lambda3=0.1)
+    assert (found.label, found.candidates, found.runner_up) == (None, ("o2", "o0"), "o0")
+    lower, upper = found.margin
+    assert lower <= 0.2 <= upper
+
+
+def test_a_name_of_an_object_and_of_another_ones_reference_is_not_looked_up():
+    library = TemplateLibrary({"a": {"1": [1.0, 0, 0], "2": [0, 1.0, 0]}, "a/1": {"x": [0, 0, 1.0]}})
+    found = recognize(np.eye(3), library, lambda1=0.1, lambda2=0.1, lambda3=0.1)
+    with pytest.raises(TemplateNameError, match="both of an object and of a reference of 'a'"):
+        found.template("a/1")
+    assert found.template("a/2").object == "a"
+    assert {each.object for each in found.best_templates} == {"a", "a/1"}
