@@ -140,10 +140,9 @@ def masked(picture: Picture, mask: object, name: str = "picture") -> Part:
     """
     if not isinstance(mask, np.ndarray) or mask.dtype not in (np.bool_, np.uint8):
         value = mask.dtype.name if isinstance(mask, np.ndarray) else type(mask).__name__
-        must = "must be a NumPy array of bool or uint8"
-        raise ImageError(
-            f"{name}: mask", value=value, must=must, remedy="0 or False is outside, all else inside."
-        )
+        must = "must be a NumPy array of bool or uint8, or a rectangle as Region(x, y, width, height)"
+        remedy = "In a mask, 0 or False is outside, all else inside."
+        raise ImageError(f"{name}: mask", value=value, must=must, remedy=remedy)
     flat = mask[..., 0] if mask.ndim == 3 and mask.shape[2] == 1 else mask
     if flat.shape != picture.shape[:2]:
         must = f"must have the size of the picture, {picture.shape[:2]} (height, width)"

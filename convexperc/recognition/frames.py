@@ -31,7 +31,7 @@ class Seen:
     pictures : list of uint8 (h, w, 3)
         RGB, in the same order; what is outside of the regions is cut away.
     missing : tuple of str
-        Robots without a frame.
+        Robots without a usable frame.
     """
 
     names: tuple[str, ...]
@@ -56,7 +56,7 @@ class Seen:
         ImageError
             No robot has a frame, or a frame or a region cannot be used; the robot is named.
         RobotNameError
-            A region for a robot that is not among the views.
+            A robot that is not named by a string, or a region for a robot that is not among the views.
         """
         named = _named(views)
         unknown = [name for name in regions or {} if name not in named]
@@ -81,11 +81,15 @@ class Seen:
     @property
     def warnings(self) -> tuple[str, ...]:
         """One for each robot that is left out."""
-        return tuple(f"robot {name!r} is left out: it has no frame" for name in self.missing)
+        return tuple(f"robot {name!r} is left out: it has no usable frame" for name in self.missing)
 
 
 def _named(views: Frames) -> Mapping[str, Frame | None]:
     if isinstance(views, Mapping):
+        for name in views:
+            if not isinstance(name, str):
+                remedy = "Name each robot by a string, or pass a sequence of frames."
+                raise RobotNameError("views", value=name, must="must name robots by strings", remedy=remedy)
         return views
     if isinstance(views, np.ndarray) and views.ndim < 4:
         remedy = "For one view, pass a list with one frame, or a mapping of its robot's name to it."

@@ -306,15 +306,20 @@ def perceive(
 
     Raises
     ------
+    InputError
+        `references` are not `References`.
     FeatureError
         No view at all.
     ImageError
         No robot has a frame, or a frame or a region cannot be used; the robot is named.
     RobotNameError
-        A region for a robot that is not among the views.
+        A robot that is not named by a string, or a region for a robot that is not among the views.
     ProblemError, DecisionError, ToleranceError, StartError, SolverError
         See `recognize`.
     """
+    if not isinstance(references, References):
+        must, remedy = "must be References", "Read a file of them by References.load(path)."
+        raise InputError("references", value=references, must=must, remedy=remedy)
     seen = Seen.of(views, channels, regions)
     usable = not isinstance(start, Recognition) or len(start.views) == len(seen.names)
     found = recognize(

@@ -6,7 +6,7 @@ import pytest
 from jaxtyping import config
 from test_references import KNOWN, LAMBDAS, QUICK, picture
 
-from convexperc.errors import ImageError, RobotNameError
+from convexperc.errors import ImageError, InputError, RobotNameError
 from convexperc.features import Region, as_rgb, extract
 from convexperc.recognition import References, Verdict, perceive
 
@@ -85,7 +85,7 @@ def test_a_robot_without_a_frame_is_left_out_by_name():
     alone = perceive({name: FRAMES[name] for name in ("husky-1", "husky-3")}, REFERENCES, **LAMBDAS)
     assert found.views == ("husky-1", "husky-3")
     assert np.array_equal(found.answers.upper, alone.answers.upper)
-    assert found.warnings == (*alone.warnings, "robot 'husky-2' is left out: it has no frame")
+    assert found.warnings == (*alone.warnings, "robot 'husky-2' is left out: it has no usable frame")
     with pytest.raises(ImageError, match=r"the frame of one robot at least.*husky-1"):
         perceive(dict.fromkeys(FRAMES), REFERENCES, **LAMBDAS)
 
@@ -124,13 +124,29 @@ def test_what_is_outside_of_a_region_is_cut_away():
     [
         (np.ones((48, 40), np.uint8), r"robot 'husky-2': mask must have the size of the picture, \(40, 48\)"),
         (np.ones((40, 48, 3), np.uint8), r"robot 'husky-2': mask must have the size of the picture"),
-        (np.ones((40, 48)), r"robot 'husky-2': mask must be a NumPy array of bool or uint8; got 'float64'"),
-        ([[True]], r"robot 'husky-2': mask must be a NumPy array of bool or uint8; got 'list'"),
+        (
+            np.ones((40, 48)),
+            r"robot 'husky-2': mask must be a NumPy array of bool or uint8, or a .*; got 'float64'",
+        ),
+        ([[True]], r"robot 'husky-2': mask must be .* Region\(x, y, width, height\); got 'list'"),
+        ((1, 1, 20, 20), r"robot 'husky-2': mask must be .* Region\(x, y, width, height\); got 'tuple'"),
     ],
 )
 def test_a_mask_that_does_not_fit_is_refused_with_its_robot(untyped, mask, said):
     with pytest.raises(ImageError, match=said):
         perceive(FRAMES, REFERENCES, **LAMBDAS, regions={"husky-2": mask})
+
+
+def test_robots_are_named_by_strings(untyped):
+    with pytest.raises(RobotNameError, match="views must name robots by strings; got 1"):
+        perceive({1: FRAMES["husky-1"]}, REFERENCES, **LAMBDAS)
+
+
+def test_a_file_is_no_references(untyped):
+    with pytest.raises(
+        InputError, match=r"must be References; got 'known.safetensors'.*References.load\(path\)"
+    ):
+        perceive(FRAMES, "known.safetensors", **LAMBDAS)
 
 
 def test_a_mask_for_a_robot_that_is_not_there_is_refused():
