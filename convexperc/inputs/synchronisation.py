@@ -71,6 +71,7 @@ class Moments(Iterator[Moment]):
         self.empty = 0
         self._sources, self._slop, self._every, self._strict = dict(sources), slop, every, strict
         self._regions = dict(regions)
+        self._fitting = set[str]()
         self._tracks = dict[str, Track]()
         self._stills = dict[str, Frame]()
         self._live = {name: source for name, source in sources.items() if isinstance(source, Live)}
@@ -123,7 +124,7 @@ class Moments(Iterator[Moment]):
             if counts.ended:
                 lines.append(f"broke off: {counts.ended}")
             for number, what in (
-                (counts.unused, "not used: another frame was nearer, or no moment wanted it"),
+                (counts.unused, "not used: no moment was near, or another frame was nearer"),
                 (counts.unreadable, "without a readable picture"),
                 (
                     counts.disordered,
@@ -134,8 +135,6 @@ class Moments(Iterator[Moment]):
                 if number:
                     lines.append(f"{number} of {counts.frames} frames {what}")
             said += [f"{robot}: {line}" for line in lines]
-        if self.empty:
-            said.append(f"{self.empty} moments without any robot")
         return tuple(said)
 
     def _run(self) -> Generator[Moment]:
@@ -207,7 +206,11 @@ class Moments(Iterator[Moment]):
         return Moment(time, nanoseconds, views, times, missing)
 
     def _cut(self, robot: str, frame: Frame) -> Picture | InputError:
-        """The region of the robot's picture, or what is wrong."""
+        """The region of the robot's picture, or what is wrong.
+
+        A region that does not fit the robot's first picture is a mistake of the caller; if a later picture
+        has another size, that one is left out.
+        """
         picture, region = frame.picture, self._regions.get(robot)
         if picture is None:
             assert frame.error is not None
@@ -215,13 +218,22 @@ class Moments(Iterator[Moment]):
         if region is None:
             return picture
         try:
-            return cut_out(picture, region)
+            part = cut_out(picture, region)
         except ImageError as error:
+            if robot not in self._fitting:
+                raise _unfit(robot, error) from None
             return error
+        self._fitting.add(robot)
+        return part
 
     def _of_the_living(self) -> Iterator[Moment]:
         for frames, time in arrivals(self._live, self._slop, self._every):
             yield self._moment(time, round(time * 10**9), frames)
+
+
+def _unfit(robot: str, error: ImageError) -> ImageError:
+    what = f"robot {robot!r}, its first {error.what}"
+    return ImageError(what, value=error.value, must=error.must, remedy=error.remedy)
 
 
 def _strictly(robot: str, time: float, cause: InputError | str) -> InputError:
@@ -284,6 +296,8 @@ def moments(
         `slop` or `every` is out of range, or there is no source.
     SourceError
         Live sources and recordings together. While iterating: no source could be read at all; `strict`.
+    ImageError
+        While iterating: a region or a mask does not fit the first picture of its robot.
     RobotNameError
         A region of a robot that is not among the sources.
     """
