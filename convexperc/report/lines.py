@@ -93,6 +93,7 @@ def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, An
         record["acceptance"] = {
             "verdict": judgement.acceptance.value,
             "accepted": list(judgement.accepted),
+            "reason": judgement.reason,
         }
     return record
 

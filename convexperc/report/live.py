@@ -1,7 +1,7 @@
 """The live view of a stream: what is recognised now, by which robots, and which are missing."""
 
 import textwrap
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from convexperc.errors import escaped
-from convexperc.report.tables import above, below
+from convexperc.report.tables import above, below, percents
 
 WIDTH, BAR, LONGEST = 80, 24, 140
 """Columns of the view, of the longest bar, and of a reason in all; the line of JSON has the whole of it."""
@@ -39,12 +39,11 @@ def _facts(line: Mapping[str, Any], rate: float | None) -> Table:
     grid.add_column(style="dim", no_wrap=True)
     grid.add_column(overflow="fold")
     grid.add_row("object", _object(line))
-    judged = line["acceptance"]
-    names = f" ({', '.join(judged['accepted'])})" if judged and judged["accepted"] else ""
-    grid.add_row("acceptance", escaped(f"{judged['verdict']}{names}") if judged else "not judged")
-    grid.add_row("optimum", _bounds(line["optimum"], "{} <= F* <= {}", 8))
-    margin = _bounds(line["margin"], "{} to {}", 4)
-    grid.add_row("margin", escaped(f"{margin} ahead of {line['runner_up']}" if line["margin"] else margin))
+    grid.add_row("acceptance", escaped(_acceptance(line["acceptance"])))
+    grid.add_row("optimum", _bounds(line["optimum"]))
+    grid.add_row("margin", escaped(_margin(line)))
+    explained = f"{_percents(line['explained'])} of ||o||^2 by the views" if line["explained"] else "-"
+    grid.add_row("explained", explained)
     if line["rules"] is not None and line["rules"]["disagreeing"]:
         grid.add_row("disagreeing", escaped(", ".join(line["rules"]["disagreeing"])))
     grid.add_row("time", _clock(line, rate))
@@ -52,27 +51,72 @@ def _facts(line: Mapping[str, Any], rate: float | None) -> Table:
 
 
 def _object(line: Mapping[str, Any]) -> Text:
-    """The label with its verdict, or what may be it."""
+    """What is accepted, and what is proved; only a label that is accepted alone is green.
+
+    Without a calibration nothing says that the label is right, so that it has no colour.
+    """
     if line["verdict"] is None:
         return Text(line["reason"], style="bold red")
-    shown = line["label"] or " or ".join(line["candidates"][:4])
-    more = len(line["candidates"]) - 4
-    if line["label"] is None and more > 0:
-        shown += f" or {more} more"
-    refused = line["acceptance"] is not None and line["acceptance"]["accepted"] != [line["label"]]
-    text = Text(escaped(shown), style="bold yellow" if refused or line["label"] is None else "bold green")
-    text.append(f"  {line['verdict']}", style="default not bold")
+    judged, proved = line["acceptance"], line["label"] or _either(line["candidates"])
+    said = line["verdict"]
+    if judged is not None and (line["label"] is None or judged["accepted"] != [line["label"]]):
+        text = _refused(judged)
+        said = f"{said.removeprefix('proved: ')}: {proved}"
+    else:
+        style = "bold yellow" if line["label"] is None else "bold" if judged is None else "bold green"
+        text = Text(escaped(proved), style=style)
+    text.append(escaped(f"  {said}"), style="default not bold")
     if line["certified"] is False:
         text.append(", not certified", style="yellow not bold")
     return text
 
 
-def _bounds(interval: Mapping[str, float | None] | None, form: str, digits: int) -> str:
+def _acceptance(judged: Mapping[str, Any] | None) -> str:
+    """What a calibration says, in the words of the table."""
+    if judged is None:
+        return "not judged, for want of a calibration"
+    names = f" ({', '.join(judged['accepted'])})" if judged["accepted"] else ""
+    return f"{judged['verdict']}{names}: {judged['reason']}"
+
+
+def _refused(judged: Mapping[str, Any]) -> Text:
+    """What a calibration says that does not accept the label, or not alone."""
+    accepted = judged["accepted"]
+    if not accepted:
+        return Text("unknown", style="bold red")
+    said = f"ambiguous: {_either(accepted)}" if len(accepted) > 1 else f"accepted: {accepted[0]}"
+    return Text(escaped(said), style="bold yellow")
+
+
+def _either(names: Sequence[str]) -> str:
+    """Four of the names at most, and how many more there are."""
+    more = f" or {len(names) - 4} more" if len(names) > 4 else ""
+    return " or ".join(names[:4]) + more
+
+
+def _margin(line: Mapping[str, Any]) -> str:
+    """How far the next object lies behind, in what the verdict compares the objects by."""
+    if line["margin"] is None:
+        return "-"
+    measures = {
+        "proved: lowest optimum": "the F* of ",
+        "proved: largest explained fraction": "the F* / ||o||^2 of ",
+    }
+    behind = f"{measures.get(line['verdict'], '')}{line['runner_up']}, the runner-up"
+    return f"{_percents(line['margin'])} below {behind}"
+
+
+def _bounds(interval: Mapping[str, float | None] | None) -> str:
     if interval is None:
         return "-"
     lower, upper = interval["lower"], interval["upper"]
-    ends = "-inf" if lower is None else below(lower, digits), "inf" if upper is None else above(upper, digits)
-    return form.format(*ends)
+    ends = "-inf" if lower is None else below(lower, 8), "inf" if upper is None else above(upper, 8)
+    return f"{ends[0]} <= F* <= {ends[1]}"
+
+
+def _percents(interval: Mapping[str, float]) -> str:
+    """Bounds of a share in per cent."""
+    return percents((interval["lower"], interval["upper"]))
 
 
 def _clock(line: Mapping[str, Any], rate: float | None) -> str:

@@ -10,6 +10,7 @@ from rich.console import Console
 from convexperc.problem import TemplateLibrary
 from convexperc.recognition import Calibration, recognize
 from convexperc.report import line_text, live_view, recognition_line
+from convexperc.report.tables import percents
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 0.1, "lambda3": 0.1}
 ROBOTS = ("spot", "husky", "mast")
@@ -47,7 +48,8 @@ def test_the_view_has_what_the_line_has(found):
     below, above = float(stated[2]), float(stated[6])
     assert below <= lower <= upper <= above, "bounds are rounded outwards"
     assert below == pytest.approx(lower, rel=1e-7)
-    assert f"ahead of {found.runner_up}" in text
+    assert f"% below the F* of {found.runner_up}, the runner-up" in text
+    assert f"explained   {percents(found.explained)} of ||o||^2 by the views" in text
     assert "12.000 s, recognised in 12.3 ms, 9.9 moments a second" in text
     rows = [row.split()[1:] for row in text.splitlines() if row.split()[1:2] and row.split()[1] in ROBOTS]
     assert [row[0] for row in rows] == ["spot", "husky", "mast"], "the order of the rows changes"
@@ -87,11 +89,36 @@ def test_what_is_not_bounded_is_shown_as_infinite(found):
 def test_the_calibration_is_in_line_and_view(found):
     judgement = Calibration.of([(found, "cup")] * 30, 0.9).judge(found)
     line = line_of(found, judgement)
-    assert line["acceptance"] == {"verdict": "recognised", "accepted": ["cup"]}
-    assert "recognised (cup)" in shown(line)
+    reason = "it alone is accepted"
+    assert line["acceptance"] == {"verdict": "recognised", "accepted": ["cup"], "reason": reason}
+    assert f"recognised (cup): {reason}" in shown(line)
     assert "not judged" in shown(line_of(found))
-    refused = line | {"acceptance": {"verdict": "unknown", "accepted": []}}
-    assert "acceptance  unknown" in shown(refused)
+
+
+@pytest.mark.parametrize(
+    ("accepted", "said", "color"),
+    [
+        (None, "cup  proved: lowest optimum", None),
+        (["cup"], "cup  proved: lowest optimum", "green"),
+        ([], "unknown  lowest optimum: cup", "red"),
+        (["cup", "box"], "ambiguous: cup or box  lowest optimum: cup", "yellow"),
+        (["box"], "accepted: box  lowest optimum: cup", "yellow"),
+    ],
+)
+def test_only_a_label_that_is_accepted_alone_is_green(found, accepted, said, color):
+    judged = None if accepted is None else {"verdict": "x", "accepted": accepted, "reason": "a reason"}
+    line = line_of(found) | {"acceptance": judged}
+    text = shown(line)
+    assert said in text
+    assert ("a reason" in text) == (judged is not None)
+    console = Console(
+        file=io.StringIO(), width=100, force_terminal=True, color_system="standard", emoji=False
+    )
+    console.print(live_view(line, ROBOTS))
+    row = next(row for row in console.file.getvalue().splitlines() if "object" in row)
+    codes = {"green": "\x1b[1;32m", "red": "\x1b[1;31m", "yellow": "\x1b[1;33m"}
+    assert [name for name, code in codes.items() if code in row] == ([] if color is None else [color])
+    assert color is not None or "\x1b[1mcup" in row, "bold"
 
 
 def test_names_cannot_write_to_the_terminal(found):
