@@ -32,7 +32,8 @@ def object_of(scene: Scene, objects: Catalogue) -> Model | MeshModel:
     sha256 = mesh_sha256(found)
     if scene.mesh_sha256 != sha256:
         must = f"must be {sha256!r}, the hash of the meshes of {scene.object} (empty where it has none)"
-        remedy = "Give the folder of meshes that the scene was described with."
+        remedy = "Give the folder of meshes that the scene was described with"
+        remedy += ", or copy the hash into the description if these are the meshes that are meant."
         raise InputError("mesh_sha256", value=scene.mesh_sha256, must=must, remedy=remedy)
     return found
 

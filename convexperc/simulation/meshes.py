@@ -106,31 +106,46 @@ class _Settings:
 def read_meshes(folder: str | os.PathLike[str]) -> dict[str, MeshModel]:
     """Read every object of a folder of folders, by name.
 
+    A folder whose name is none of an object is left out; see `unread_meshes`.
+
     Raises
     ------
     InputError
-        The folder cannot be read, holds no folder with an OBJ file, or a file in it cannot be used.
+        The folder cannot be read, holds no folder that can be an object's, or a file in it cannot be used.
     """
     try:
         places = sorted(path for path in Path(folder).iterdir() if path.is_dir())
     except OSError as problem:
         must = "must be a readable folder"
         raise InputError(f"meshes {os.fspath(folder)}", value=problem.strerror, must=must) from None
-    found = {path.name: _read_object(path) for path in places}
+    found = {path.name: _read_object(path) for path in places if not _misnamed(path.name)}
     if not found:
-        must, remedy = "must hold a folder for each object", "Put its OBJ files into DIR/<object>/."
-        raise InputError(f"meshes {os.fspath(folder)}", value=[], must=must, remedy=remedy)
+        must = "must hold a folder for each object, named by letters a-z and digits with single hyphens"
+        value, remedy = [path.name for path in places], "Put its OBJ files into DIR/<object>/."
+        raise InputError(f"meshes {os.fspath(folder)}", value=value, must=must, remedy=remedy)
     return found
 
 
 def unread_meshes(folder: str | os.PathLike[str]) -> tuple[str, ...]:
-    """Name what lies in a folder of objects beside their folders; hidden entries are not named."""
+    """Name what of a folder of objects is not read, and why; hidden entries are not named."""
     entries = sorted(path for path in Path(folder).iterdir() if not path.name.startswith("."))
-    return tuple(f"{path.name} (not in the folder of an object)" for path in entries if not path.is_dir())
+    said = [
+        (path, _misnamed(path.name) if path.is_dir() else "not in the folder of an object")
+        for path in entries
+    ]
+    return tuple(f"{path.name} ({why})" for path, why in said if why)
+
+
+def _misnamed(name: str) -> str:
+    """Why a folder's name is none of an object; empty if it is one."""
+    try:
+        check_name("mesh folder", name)
+    except InputError as error:
+        return f"its name {error.must}"
+    return ""
 
 
 def _read_object(folder: Path) -> MeshModel:
-    check_name("mesh folder", folder.name)
     entries = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     files = {path.name: _content(path) for path in entries if path.suffix.lower() in _READ}
     objs = {name: content for name, content in files.items() if name.lower().endswith(".obj")}

@@ -75,6 +75,7 @@ def test_what_of_the_meshes_is_not_drawn_and_whom_no_robot_sees_is_said(opengl, 
         (tmp_path / "meshes" / name / "a.OBJ").write_text("\n".join(lines))
     (tmp_path / "meshes" / "red-car" / "a.stl").write_bytes(b"x")
     (tmp_path / "meshes" / "readme.txt").write_text("x")
+    (tmp_path / "meshes" / "Old_Car").mkdir()
     record = json.loads(run("example", "red-car").stdout)
     wall = {"kind": "wall", "azimuth": record["robots"][0]["camera"]["azimuth"], "distance": 2.5}
     wall |= {"width": 20.0, "height": 20.0, "elevation": 0.0, "turn": 0.0}
@@ -86,7 +87,8 @@ def test_what_of_the_meshes_is_not_drawn_and_whom_no_robot_sees_is_said(opengl, 
     assert drawn.exit_code == 0, drawn.output
     assert drawn.stderr.splitlines() == [
         f"left out of {tmp_path / 'meshes'}: red-car/a.stl (not used), "
-        "block (no object of that name is drawn), readme.txt (not in the folder of an object)",
+        "block (no object of that name is drawn), Old_Car (its name must be letters a-z and digits, joined "
+        "by single hyphens, at most 64), readme.txt (not in the folder of an object)",
         "warning: no robot sees the object in red-car",
     ]
 

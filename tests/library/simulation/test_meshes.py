@@ -94,7 +94,9 @@ def test_a_mesh_replaces_an_object_in_a_data_set(opengl, tmp_path):
 @pytest.mark.parametrize("sha256", ["", "0" * 64])
 def test_other_meshes_than_those_of_the_description_are_refused(tmp_path, sha256):
     objects = read_meshes(block(tmp_path / "meshes" / "block"))
-    with pytest.raises(InputError, match="mesh_sha256 must be"):
+    with pytest.raises(
+        InputError, match=r"mesh_sha256 must be .* copy the hash into the description if these"
+    ):
         SceneRenderer(watched("block", sha256), SIZE, objects)
 
 
@@ -135,8 +137,16 @@ def test_an_absent_an_empty_and_an_ill_named_folder_are_refused(tmp_path):
     with pytest.raises(InputError, match="must hold a folder for each object"):
         read_meshes(tmp_path)
     (tmp_path / "My Mesh").mkdir()
-    with pytest.raises(InputError, match="mesh folder must be letters"):
+    with pytest.raises(InputError, match=r"named by letters .*got \['My Mesh'\]"):
         read_meshes(tmp_path)
+
+
+def test_a_folder_that_is_not_named_like_an_object_is_left_out_with_the_reason(tmp_path):
+    block(tmp_path / "meshes" / "block")
+    (tmp_path / "meshes" / "My Mesh").mkdir()
+    assert list(read_meshes(tmp_path / "meshes")) == ["block"]
+    said = "My Mesh (its name must be letters a-z and digits, joined by single hyphens, at most 64)"
+    assert unread_meshes(tmp_path / "meshes") == (said,)
 
 
 def test_a_damaged_texture_is_an_error(opengl, tmp_path):
