@@ -1,7 +1,9 @@
 """The page "On your robots": its node runs as it stands there, and its tables say what the program says."""
 
 import array
+import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,8 +15,9 @@ from made_up_robots import write_references
 from convexperc import FeatureConfiguration, References, perceive
 from convexperc.cli.main import app
 from convexperc.cli.stream_options import RATE, SLOP
+from convexperc.files import json_bytes
 from convexperc.inputs import GRAMMAR, Hypothesis
-from convexperc.recognition import read_references, sample_scene
+from convexperc.recognition import Calibration, read_calibration, read_references, sample_scene
 from convexperc.report import recognition_line
 
 PAGE = (Path(__file__).parent.parent / "docs" / "robots.md").read_text(encoding="utf-8")
@@ -57,6 +60,7 @@ def world(tmp_path, monkeypatch):
         tmp_path / "known.safetensors"
     )
     monkeypatch.chdir(tmp_path)
+    write_thresholds()
     with ros_stub.installed() as driven:
         driven.now = NOW
         names: dict[str, object] = {}
@@ -68,13 +72,28 @@ def world(tmp_path, monkeypatch):
         yield driven
 
 
+def write_thresholds(**limits: float) -> None:
+    """Thresholds by the scene that the node sees, wide enough for fewer robots, or other ones."""
+    labelled = [(wanted(*robots), "ica-sign") for robots in (SEES, *((robot,) for robot in SEES))] * 10
+    made = replace(Calibration.of(labelled, 0.9), **limits)
+    Path("thresholds.json").write_bytes(json_bytes(made.to_dict()))
+
+
+def logged(accepted: str, *robots: str) -> tuple[str, str]:
+    """What the node logs."""
+    return "info", f"{accepted}; proved: lowest optimum, ('ica-sign',); {robots}"
+
+
+RECOGNISED = "recognised ('ica-sign',)"
+
+
 def wanted(*robots: str):
     """What the library says of these robots' frames."""
     views = {
         robot: cv2.imdecode(np.frombuffer(stored(robot), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
         for robot in robots
     }
-    return perceive(views, References.load("known.safetensors"), **LAMBDAS)
+    return perceive(views, References.load("known.safetensors"), prune=False, **LAMBDAS)
 
 
 def test_the_node_publishes_what_the_library_says(world):
@@ -90,7 +109,25 @@ def test_the_node_publishes_what_the_library_says(world):
     assert (name, found.label) == ("ica-sign", "ica-sign")
     least = found.squared_norms[0][best.index]
     assert score == pytest.approx(Hypothesis(name, *best.interval, float(least)).score, rel=1e-6)
-    assert world.logged == [("info", f"proved: lowest optimum, ica-sign; {tuple(SEES)}")]
+    assert world.logged == [logged(RECOGNISED, *SEES)]
+
+
+@pytest.mark.parametrize(
+    ("limits", "verdict", "count"),
+    [({"share": 0.0}, "unknown", 0), ({"share": 1.0, "excess": math.inf}, "ambiguous", 3)],
+)
+def test_the_node_publishes_what_the_thresholds_accept(world, limits, verdict, count):
+    write_thresholds(**limits)
+    world.nodes[0].thresholds = read_calibration("thresholds.json")
+    for robot in SEES:
+        world.deliver(topic(robot), message(stored(robot), NOW))
+    world.tick()
+    ((_, said),) = world.published
+    assert len(said.results) == count
+    assert said.results == [] or said.results[0].class_id == "ica-sign"
+    ((_, text),) = world.logged
+    assert text.startswith(f"{verdict} (")
+    assert "; proved: lowest optimum, ('ica-sign',); " in text
 
 
 def test_the_node_goes_on_without_a_robot_that_is_late_broken_or_silent(world):
@@ -102,21 +139,21 @@ def test_the_node_goes_on_without_a_robot_that_is_late_broken_or_silent(world):
     for robot in ("husky1", "husky2"):
         world.deliver(topic(robot), message(frames[robot], NOW))
     world.tick()
-    assert world.logged[-1] == ("info", "proved: lowest optimum, ica-sign; ('husky1', 'husky2')")
+    assert world.logged[-1] == logged(RECOGNISED, "husky1", "husky2")
     world.deliver(topic("spot"), message(frames["spot"][:500], NOW))
     world.tick()
     assert world.logged[-2][0] == "warning"
     assert world.logged[-2][1].startswith("spot must be complete")
-    assert world.logged[-1] == ("info", "proved: lowest optimum, ica-sign; ('husky1', 'husky2')")
+    assert world.logged[-1] == logged(RECOGNISED, "husky1", "husky2")
     world.deliver(topic("spot"), message(frames["spot"], NOW))
     world.now = NOW + 150_000_000
     world.tick()
-    assert world.logged[-1] == ("info", f"proved: lowest optimum, ica-sign; {tuple(SEES)}")
+    assert world.logged[-1] == logged(RECOGNISED, *SEES)
     world.now = NOW + 250_000_000
     world.deliver(topic("husky1"), message(frames["husky1"], world.now))
     world.deliver(topic("spot"), message(frames["spot"], world.now + 10**9))
     world.tick()
-    assert world.logged[-1] == ("info", "proved: lowest optimum, ica-sign; ('husky1',)")
+    assert world.logged[-1] == logged(RECOGNISED, "husky1")
     assert len(world.published) == 4
 
 
@@ -141,7 +178,7 @@ def test_the_example_of_frames_runs(capsys):
     exec(compile(code("sample_scene"), "docs/robots.md", "exec"), {})
     said = capsys.readouterr().out
     wanted = "('robot-1', 'robot-3', 'robot-4', 'robot-5')"
-    assert said == f"ica-sign {wanted} robot 'robot-2' is left out: it has no frame\n"
+    assert said == f"ica-sign {wanted} robot 'robot-2' is left out: it has no usable frame\n"
 
 
 def rows(heading: str) -> dict[str, str]:

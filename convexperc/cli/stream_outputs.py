@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from convexperc.inputs import Hypothesis, ResultBag
     from convexperc.recognition import Recognition
 
+_Bounds = tuple[str, float, float, float]
+"""An object, the bounds of its optimum, and a lower bound of its ||o||^2."""
+
 
 class Outputs:
     """Where the lines go: to the standard output or a file, into a bag, and to the live view."""
@@ -31,7 +34,8 @@ class Outputs:
         if self._lines is not None:
             self._lines.write(report.line_text(line))
         if self._bag is not None:
-            self._bag.write(line["nanoseconds"], _hypotheses(found), _details(line, found))
+            bounded = [] if found is None else _bounded(line, found)
+            self._bag.write(line["nanoseconds"], _hypotheses(bounded), _details(line, bounded))
         if self._watch is not None:
             self._watch.show(line)
 
@@ -79,22 +83,24 @@ class _LineWriter:
         self._stream.flush()
 
 
-def _hypotheses(found: "Recognition | None") -> "list[Hypothesis]":
-    """Each object by its best template, where its optimum is bounded."""
-    return [] if found is None else [inputs.Hypothesis(*each) for each in _bounded(found) if _usable(each)]
+def _hypotheses(bounded: Sequence[_Bounds]) -> "list[Hypothesis]":
+    """Each object whose optimum is bounded."""
+    return [inputs.Hypothesis(*each) for each in bounded if _usable(each)]
 
 
-def _bounded(found: "Recognition") -> list[tuple[str, float, float, float]]:
-    """Each object, the bounds of its optimum, and a lower bound of its ||o||^2."""
-    least, _ = found.squared_norms
-    return [(each.object, *each.interval, float(least[each.index])) for each in found.best_templates]
+def _bounded(line: Mapping[str, Any], found: "Recognition") -> list[_Bounds]:
+    """Each object that the calibration accepts, or without one each candidate, by its best template."""
+    judged, (least, _) = line["acceptance"], found.squared_norms
+    published = line["candidates"] if judged is None else judged["accepted"]
+    best = [each for each in found.best_templates if each.object in published]
+    return [(each.object, *each.interval, float(least[each.index])) for each in best]
 
 
-def _usable(bounds: tuple[str, float, float, float]) -> bool:
+def _usable(bounds: _Bounds) -> bool:
     return all(map(math.isfinite, bounds[1:])) and bounds[3] > 0.0
 
 
-def _details(line: Mapping[str, Any], found: "Recognition | None") -> dict[str, Any]:
+def _details(line: Mapping[str, Any], bounded: Sequence[_Bounds]) -> dict[str, Any]:
     names = ("verdict", "label", "certified", "acceptance", "candidates", "margin", "views", "missing")
-    unbounded = [] if found is None else [each[0] for each in _bounded(found) if not _usable(each)]
+    unbounded = [each[0] for each in bounded if not _usable(each)]
     return {name: line[name] for name in names} | {"unbounded": unbounded}

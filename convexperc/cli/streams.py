@@ -1,5 +1,6 @@
 """Recognition from named sources: one recognition of pictures, or one at each moment of a stream."""
 
+import re
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -213,7 +214,7 @@ class Stream:
                     tally.add(line)
                     outputs.write(line, found)
         finally:
-            for said in (*told, *tally.lines(), *self.moments.remarks):
+            for said in (*told, *tally.lines(self.moments.empty), *self.moments.remarks):
                 typer.echo(escaped(said), err=True)
         if interrupted:
             raise KeyboardInterrupt
@@ -254,6 +255,13 @@ def _ended_by_interruption() -> Iterator[list[KeyboardInterrupt]]:
         seen.append(interruption)
 
 
+_NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def _counted(moments: int) -> str:
+    return f"{moments} moment{'' if moments == 1 else 's'}"
+
+
 @dataclass
 class _Tally:
     """What there was so far."""
@@ -263,6 +271,9 @@ class _Tally:
     accepted: int = 0
     empty: int = 0
     missing: dict[str, Counter[str]] = field(default_factory=dict)
+    """Reasons by robot, counted by their kinds: their texts without numbers."""
+    last: dict[tuple[str, str], str] = field(default_factory=dict)
+    """The last reason of each kind, by robot and kind."""
 
     def add(self, line: Mapping[str, Any]) -> None:
         self.moments += 1
@@ -272,19 +283,28 @@ class _Tally:
         judged = line["acceptance"]
         self.accepted += proved and (judged is None or judged["accepted"] == [line["label"]])
         for name, reason in line["missing"].items():
-            self.missing.setdefault(name, Counter())[reason] += 1
+            kind = _NUMBER.sub("", reason)
+            self.missing.setdefault(name, Counter())[kind] += 1
+            self.last[name, kind] = reason
 
-    def lines(self) -> list[str]:
-        """One line on all moments, if there was any, and one for each robot that was missing."""
+    def lines(self, empty: int) -> list[str]:
+        """One line on all moments, if there was any, and one for each robot that was missing.
+
+        `empty` counts the moments without any robot, those included that have no line of their own.
+        """
         if not self.moments:
             return []
-        said = [f"{self.moments} moments: the lowest optimum is proved in {self.proved}"]
+        said = [f"{_counted(self.moments)}: the lowest optimum is proved in {self.proved}"]
         if self.accepted < self.proved:
             said[0] += f", and accepted by the calibration in {self.accepted} of these"
         if self.empty:
             said[0] += f"; no robot has a view in {self.empty}"
+        if empty > self.empty:
+            said[0] += f", nor in {_counted(empty - self.empty)} without a line"
         for name, reasons in self.missing.items():
-            (reason, count), total = reasons.most_common(1)[0], reasons.total()
+            (kind, count), total = reasons.most_common(1)[0], reasons.total()
             often = "" if len(reasons) == 1 else f"in {count} of these, "
-            said.append(f"{name}: missing in {total} of {self.moments} moments; {often}{reason}")
+            which = "" if count == 1 else "last: "
+            shown = f"{often}{which}{self.last[name, kind]}"
+            said.append(f"{name}: missing in {total} of {_counted(self.moments)}; {shown}")
         return said

@@ -70,8 +70,8 @@ class Hypothesis:
 class ResultBag:
     """A new ROS 2 bag with a classification for each moment; a context manager, which writes all or nothing.
 
-    * `topic`: `vision_msgs/msg/Classification`; `results` holds every object, `class_id` its name, `score`
-      as `Hypothesis.score`, descending.
+    * `topic`: `vision_msgs/msg/Classification`; `results` holds the hypotheses, `class_id` the object's name,
+      `score` as `Hypothesis.score`, descending.
     * `details`: `std_msgs/msg/String`, a JSON object with the schema ``convexperc/intervals/1``:
       `nanoseconds` as in the header, `objects` with the proved interval of each optimum, and `details`.
 
@@ -145,7 +145,7 @@ class ResultBag:
         nanoseconds : int
             Time of the moment, `Moment.nanoseconds`; of the header and of the recording.
         hypotheses : sequence of Hypothesis
-            At most one for each object; none if no robot had a picture.
+            At most one for each object; none if no robot had a picture, or if no object is accepted.
         details : mapping, optional
             JSON values, for example the verdict and the robots that were left out.
 

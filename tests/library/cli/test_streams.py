@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -17,9 +18,13 @@ import pytest
 from test_known_objects import QUICK, RUNNER, draw, expect, picture, world  # noqa: F401 - a fixture
 
 import convexperc.cli.streams
+from convexperc import FeatureConfiguration
 from convexperc.cli.main import app
+from convexperc.cli.streams import _Tally
 from convexperc.cli.watching import Watch
-from convexperc.recognition import References, Rules, perceive, read_references
+from convexperc.files import json_bytes
+from convexperc.recognition import Calibration, References, Rules, perceive, read_references, sample_scene
+from convexperc.recognition.calibration import scores
 from convexperc.report import recognition_line
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 1.0, "lambda3": 0.1}
@@ -104,7 +109,9 @@ def test_a_robot_that_ends_is_missing_by_name_and_said_once(world, run, tmp_path
     assert [list(line["missing"]) for line in found] == [[]] * 3 + [["short"]] * 3
     assert all(line["label"] == "can" for line in found)
     (said,) = (line for line in done.stderr.splitlines() if line.startswith("short: missing"))
-    assert said.startswith("short: missing in 3 of 6 moments; ")
+    assert said.startswith(
+        "short: missing in 3 of 6 moments; last: no picture within 0.05 s: the nearest is "
+    )
 
 
 def test_strict_ends_at_a_missing_picture(world, run, tmp_path):  # noqa: F811
@@ -148,7 +155,7 @@ def test_the_exit_status_of_a_stream(world, run, thresholds, tmp_path):  # noqa:
 
     judge = ["--calibration", thresholds]
     good = expect(0, *three("good", (2, 2, 2)), *judge)
-    accepted = {"verdict": "recognised", "accepted": ["can"]}
+    accepted = {"verdict": "recognised", "accepted": ["can"], "reason": "it alone is accepted"}
     assert [line["acceptance"] for line in lines(good.stdout)] == [accepted] * 3
     part = expect(1, *three("part", (2, 3, 2)), *judge)
     assert [line["acceptance"]["verdict"] for line in lines(part.stdout)] == [
@@ -165,6 +172,35 @@ def test_the_exit_status_of_a_stream(world, run, thresholds, tmp_path):  # noqa:
     tied = expect(1, *twins, "--view", f"a={run / 'husky-1'}")
     assert {(line["verdict"], line["label"]) for line in lines(tied.stdout)} == {("tie", None)}
     assert f"{FRAMES} moments: the lowest optimum is proved in 0" in tied.stderr
+
+
+def test_reasons_are_counted_by_kind():
+    tally = _Tally()
+    line = {"verdict": "undecided", "label": None, "certified": True, "acceptance": None}
+    near = "no picture within 0.05 s: the nearest is {} s later"
+    for reason in (near.format("0.06"), "broken", near.format("1e-05"), "broken", near.format("0.106")):
+        tally.add(line | {"missing": {"a": reason}})
+    _, said = tally.lines(0)
+    assert said == f"a: missing in 5 of 5 moments; in 3 of these, last: {near.format('0.106')}"
+
+
+def test_one_moment_is_no_moments():
+    tally = _Tally()
+    tally.add(
+        {"verdict": None, "label": None, "certified": None, "acceptance": None, "missing": {"a": "dark"}}
+    )
+    assert tally.lines(1) == [
+        "1 moment: the lowest optimum is proved in 0; no robot has a view in 1",
+        "a: missing in 1 of 1 moment; dark",
+    ]
+    assert tally.lines(4)[0].endswith("; no robot has a view in 1, nor in 3 moments without a line")
+
+
+def test_a_region_outside_of_the_first_picture_is_2(world, run):  # noqa: F811
+    for name in ("husky-1", "still.png"):
+        done = expect(2, *given(world, run), "--view", f"a={run / name}", "--region", "a=500,0,40,40")
+        assert "robot 'a', its first picture: region" in done.stderr
+        assert "got '500,0,40,40'" in done.stderr
 
 
 def broken(folder, count):
@@ -184,6 +220,7 @@ def test_a_moment_without_a_picture_is_a_line_and_is_not_0(world, run, tmp_path)
         assert "checksum" in line["missing"]["a"] or "must be complete" in line["missing"]["a"]
         assert line["reason"] == "no robot has a view"
     assert "3 moments: the lowest optimum is proved in 0; no robot has a view in 3" in done.stderr
+    assert done.stderr.count("no robot") + done.stderr.count("any robot") == 1, "said once"
     draw(tmp_path / "broken" / "9.png", 2, 0)
     some = expect(1, *given(world, run), "--view", f"a={tmp_path / 'broken'}")
     assert [line["label"] for line in lines(some.stdout)] == [None, None, None, "can"]
@@ -191,7 +228,7 @@ def test_a_moment_without_a_picture_is_a_line_and_is_not_0(world, run, tmp_path)
 
 def test_no_moment_at_all_is_2(world, run, tmp_path, monkeypatch):  # noqa: F811
     class Nothing:
-        remarks = ("a: 0 frames",)
+        remarks, empty = ("a: 0 frames",), 0
 
         def __enter__(self):
             return self
@@ -242,7 +279,7 @@ def test_a_broken_picture_is_left_out_by_name_unless_strict(world, run, tmp_path
     done = expect(0, *given(world, run), *named, "--json", tmp_path / "r.json")
     record = json.loads((tmp_path / "r.json").read_text())
     assert record["views"] == ["good"]
-    assert record["warnings"] == ["robot 'bad' is left out: it has no frame"]
+    assert record["warnings"] == ["robot 'bad' is left out: it has no usable frame"]
     assert [line.startswith("bad: left out; ") for line in done.stderr.splitlines()] == [True, False]
     assert "robot 'bad' is left out" in done.stdout
     expect(2, *given(world, run), *named, "--strict", "--json", tmp_path / "s.json")
@@ -375,7 +412,7 @@ def test_watch_shows_object_bounds_margin_robots_and_who_is_missing(world, run):
         "can",
         "proved",
         "<= F* <=",
-        "ahead of",
+        "% below the F* of",
         "husky-1",
         "missing",
         "moments a second",
@@ -554,6 +591,30 @@ def test_a_stream_that_fails_leaves_no_half_bag(bag, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_the_bag_holds_what_the_calibration_accepts(bag, tmp_path):
+    known, run = bag
+    scene = sample_scene("ica-sign")
+    seen = perceive(
+        {robot: scene.views[name] for robot, name in robots.VIEWS["ica-sign"].items()},
+        References.of(scene.references, FeatureConfiguration()),
+        prune=False, **LAMBDAS,
+    )  # fmt: skip
+    made = replace(Calibration.of([(seen, "ica-sign")] * 30, 0.9), share=1.0)
+    _, second, third = sorted(each.excess[0] for each in scores(seen).values())
+    chosen = {"one": {"excess": 0.0}, "none": {"share": 0.0}, "two": {"excess": (second + third) / 2}}
+    for name, limit in chosen.items():
+        judge = replace(made, **limit)
+        thresholds, out = tmp_path / f"{name}.json", tmp_path / f"{name}.mcap"
+        thresholds.write_bytes(json_bytes(judge.to_dict()))
+        given = ["recognize", "--references", known, *robots.views(run), "--calibration", thresholds]
+        done = RUNNER.invoke(app, list(map(str, [*given, "--results", out])))
+        assert done.exit_code in (0, 1), done.output
+        found = lines(done.stdout)
+        counts = {len(line["acceptance"]["accepted"]) for line in found}
+        assert {"one": 1, "none": 0, "two": 2}[name] in counts
+        check_results(out, found)
+
+
 def check_results(out, found):
     """The bag of results says what the lines say, by rosbags' own reader."""
     from rosbags.highlevel import AnyReader  # noqa: PLC0415
@@ -567,6 +628,7 @@ def check_results(out, found):
         ]
     assert [stamp for stamp, _ in said] == [line["nanoseconds"] for line in found]
     for (_, message), line in zip(said, found, strict=True):
-        assert message.results[0].class_id == line["label"]
-        assert {each.class_id for each in message.results} == {"red-car", "gray-car", "ica-sign"}
-        assert 0.0 < message.results[0].score < 1.0
+        judged = line["acceptance"]
+        published = line["candidates"] if judged is None else judged["accepted"]
+        assert {each.class_id for each in message.results} == set(published)
+        assert all(0.0 < each.score < 1.0 for each in message.results)
