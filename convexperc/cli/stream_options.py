@@ -49,7 +49,7 @@ Every = Annotated[
     typer.Option(
         metavar="SECONDS",
         rich_help_panel=PANEL,
-        help="A moment each so many seconds, not at each picture of the first robot.",
+        help="A moment each so many seconds, not at the pictures; the robots lead in the order given.",
     ),
 ]
 Rate = Annotated[
@@ -79,7 +79,8 @@ Results = Annotated[
         "--results",
         metavar="BAG",
         rich_help_panel=PANEL,
-        help="Write a ROS 2 bag with a vision_msgs/Classification for each moment. Needs the extra ros.",
+        help="Write a ROS 2 bag with a vision_msgs/Classification of the accepted objects for each moment."
+        " Needs the extra ros.",
     ),
 ]
 Watching = Annotated[
