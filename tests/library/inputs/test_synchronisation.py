@@ -252,6 +252,12 @@ def test_a_region_that_does_not_fit_the_first_picture_is_refused(region, said, s
         list(moments(sources, slop=0.0, regions={"b": region}))
 
 
+def test_frames_that_are_in_no_moment_are_told_with_what_may_be_why():
+    found = moments({"a": Listed([0.0]), "b": Listed([0.0, 0.01])}, slop=0.05)
+    assert len(list(found)) == 1
+    assert found.remarks == ("b: 1 of 2 frames not used: no moment was near, or another frame was nearer",)
+
+
 class Resized(Listed):
     """The second picture is lower."""
 
