@@ -377,13 +377,19 @@ def _excess(cost: float, least: float, way: float) -> float:
 
 @functools.lru_cache(maxsize=4)
 def library_digest(library: TemplateLibrary) -> str:
-    """SHA-256 of the names, objects, modalities and numbers of a library, in hexadecimal."""
-    names = library.names, library.shown, library.modalities.names, library.modalities.sizes
-    found = hashlib.sha256(json.dumps([list(each) for each in names]).encode())
+    """SHA-256 of the names, objects, modalities and numbers of a library, in hexadecimal.
+
+    The order of the references makes no difference.
+    """
+    order = sorted(range(len(library.names)), key=library.names.__getitem__)
+    names = [[library.names[j], library.shown[j]] for j in order]
+    places = np.arange(library.modalities.d)
+    parts = [list(library.modalities.names), [places[columns].tolist() for columns in library.modalities]]
+    found = hashlib.sha256(json.dumps([names, parts]).encode())
     O = library.O  # noqa: E741 - the paper's symbol
     step = max(1, BLOCK // (8 * O.shape[0]))
-    for first in range(0, O.shape[1], step):
-        part = np.asarray(O[:, first : first + step], dtype="<f8")
+    for first in range(0, len(order), step):
+        part = np.asarray(O[:, order[first : first + step]], dtype="<f8")
         found.update(np.ascontiguousarray(part.T + 0.0).tobytes())  # -0 is 0
     return found.hexdigest()
 
