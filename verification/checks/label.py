@@ -70,8 +70,8 @@ def _decided_otherwise(found: Recognition, ends: list[tuple[int, int]]) -> str:
     again = recognizing.decide(given, found.names, found.views)
     rivals = {name for name, low in zip(found.names, lower, strict=True) if low <= upper.min()}
     excluded = {name for name, out in zip(found.names, again.excluded, strict=True) if out}
-    # where every optimum is w = u = 0, all are candidates, whatever the intervals
-    everyone = again.verdict is Verdict.TIE and again.candidates == again.names
+    # where every optimum is w = u = 0, all are candidates, in any order, whatever the intervals
+    everyone = again.verdict is Verdict.TIE and sorted(again.candidates) == sorted(again.names)
     fits = everyone or (set(again.candidates) == rivals and (again.label is None or len(rivals) == 1))
     if fits and excluded == set(found.names) - rivals:
         return ""
