@@ -103,7 +103,7 @@ class Live(Source):
         return f"{self.name}: no picture for {silent:.1f} s" if silent > self.timeout else ""
 
     def account(self, frame: Frame, *, used: bool) -> None:
-        """Count a frame that was taken, once it is known what became of it."""
+        """Count a frame that was taken, once it is known whether a moment used it."""
         with self._lock:
             if used:
                 self._used += 1

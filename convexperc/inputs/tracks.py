@@ -40,7 +40,7 @@ class Counts:
 
 
 class Kept:
-    """A frame in a track, and what became of it."""
+    """A frame in a track, whether it can be read, and whether a moment used it."""
 
     __slots__ = ("broken", "frame", "used")
 

@@ -8,6 +8,7 @@ from typing import Any
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.recognition import Ranked, Recognition
 from convexperc.recognition.rules import Rules
+from convexperc.report.records import judgement_record
 
 SCHEMA = "convexperc/recognition-line/1"
 
@@ -90,11 +91,7 @@ def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, An
         "warnings": list(found.warnings),
     }
     if judgement is not None:
-        record["acceptance"] = {
-            "verdict": judgement.acceptance.value,
-            "accepted": list(judgement.accepted),
-            "reason": judgement.reason,
-        }
+        record["acceptance"] = judgement_record(judgement)
     return record
 
 

@@ -102,7 +102,7 @@ def recognition_record(
         "warnings": list(recognition.warnings),
         "features": None if configuration is None else configuration.to_dict(),
         "views": list(recognition.views),
-        "acceptance": None if judgement is None else _judged(judgement),
+        "acceptance": None if judgement is None else judgement_record(judgement),
         "margin": None if recognition.margin is None else _interval(recognition.margin),
         "explained": _interval(recognition.explained),
         "runner_up": recognition.runner_up,
@@ -148,7 +148,8 @@ def _each_view(found: EachView) -> dict[str, Any]:
     }
 
 
-def _judged(judgement: Judgement) -> dict[str, Any]:
+def judgement_record(judgement: Judgement) -> dict[str, Any]:
+    """Return what a calibration says as plain JSON values."""
     return {
         "verdict": judgement.acceptance.value,
         "accepted": list(judgement.accepted),
