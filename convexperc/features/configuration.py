@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from convexperc.errors import FeatureError, InputError
-from convexperc.features.network import COLUMNS, checked_name, name_in, record_of
+from convexperc.features.network.provenance import COLUMNS, checked_name, name_in, record_of
 from convexperc.files import placed, read_json
 
 UNIT_LENGTH = "unit length by modality"

@@ -12,8 +12,8 @@ from convexperc.features.color import color_histogram
 from convexperc.features.configuration import UNIT_LENGTH, UNIT_SUM, UNIT_VIEW, FeatureConfiguration
 from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
-from convexperc.features.network_model import network_features
-from convexperc.features.network_weights import require_network
+from convexperc.features.network.model import network_features
+from convexperc.features.network.weights import require_network
 from convexperc.features.parallel import available_cores, side_by_side
 from convexperc.features.pictures import AnyPicture, Picture, Pictures, as_rgb, resize, to_gray
 from convexperc.features.recent import RecentFeatures, Row

@@ -12,9 +12,9 @@ from jaxtyping import UInt8
 from numpy.typing import NDArray
 
 from convexperc.errors import ImageError, PictureWarning
-from convexperc.features.decoding import decode
+from convexperc.features.decoding.decode import decode
+from convexperc.features.decoding.sizes import MAX_BYTES, check_size
 from convexperc.features.folders import SUFFIXES, Folder
-from convexperc.features.sizes import MAX_BYTES, check_size
 
 Picture = UInt8[np.ndarray, "h w 3"]
 AnyPicture = UInt8[np.ndarray, "_ _ 3"]

@@ -9,8 +9,8 @@ from jaxtyping import Bool, UInt8
 from numpy.typing import NDArray
 
 from convexperc.errors import ImageError
+from convexperc.features.decoding.sizes import MIN_SIDE
 from convexperc.features.pictures import Picture, read_image
-from convexperc.features.sizes import MIN_SIDE
 
 Mask = Bool[np.ndarray, "h w"]
 """True where a pixel shows the object."""

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.errors import ImageError
-from convexperc.features.decoding import decode
+from convexperc.features.decoding.decode import decode
+from convexperc.features.decoding.sizes import check_size
 from convexperc.features.pictures import Picture, as_rgb
-from convexperc.features.sizes import check_size
 
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 

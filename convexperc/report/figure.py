@@ -14,8 +14,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from convexperc.features.decoding.sizes import MIN_SIDE
 from convexperc.features.pictures import Picture, resize
-from convexperc.features.sizes import MIN_SIDE
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.decision import Decision
 from convexperc.recognition.recognition import Ranked, Recognition

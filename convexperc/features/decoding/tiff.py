@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from PIL import TiffImagePlugin
 from PIL.TiffImagePlugin import TiffImageFile
 
-from convexperc.features.inflating import inflated
-from convexperc.features.sizes import MAX_BYTES
+from convexperc.features.decoding.inflating import inflated
+from convexperc.features.decoding.sizes import MAX_BYTES
 
 # Photometric interpretation.
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _YCBCR = 0, 1, 2, 3, 6

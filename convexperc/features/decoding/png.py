@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from PIL.PngImagePlugin import PngImageFile
 
-from convexperc.features.inflating import inflated
+from convexperc.features.decoding.inflating import inflated
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 

@@ -21,9 +21,9 @@ from PIL.TiffImagePlugin import TiffImageFile
 from PIL.WebPImagePlugin import WebPImageFile
 
 from convexperc.errors import ImageError, PictureWarning
-from convexperc.features import bmp_files, png_files, tiff_files
-from convexperc.features.png_files import PngFile
-from convexperc.features.sizes import SIZES, check_size
+from convexperc.features.decoding import bmp, png, tiff
+from convexperc.features.decoding.png import PngFile
+from convexperc.features.decoding.sizes import SIZES, check_size
 
 
 class _Jpeg(JpegImageFile):
@@ -35,7 +35,7 @@ class _Jpeg(JpegImageFile):
 
 # Pillow's readers themselves: `Image.open` first checks the size against a limit that other code may set.
 _READERS: tuple[tuple[bytes, type[ImageFile.ImageFile]], ...] = (
-    (png_files.SIGNATURE, PngImageFile),
+    (png.SIGNATURE, PngImageFile),
     (b"\xff\xd8\xff", _Jpeg),
     (b"BM", BmpImageFile),
     (b"II*\x00", TiffImageFile),
@@ -123,26 +123,26 @@ def _png(data: bytes, name: str) -> NDArray[Any]:
     file = PngFile.of(data)
     with _opened(PngImageFile, file.data, name, file.several) as image:
         assert isinstance(image, PngImageFile)
-        png_files.check(image, file)
+        png.check(image, file)
         pixels = _samples_by_opencv(file.data) if file.by_opencv else _samples(image, file.depth)
         return _turned(_filled(pixels, file.stated_bits), _orientation(image))
 
 
 def _bmp(data: bytes, name: str) -> NDArray[Any]:
-    plain, palette = bmp_files.without_gray(data)
+    plain, palette = bmp.without_gray(data)
     with _opened(BmpImageFile, plain, name) as image:
         assert isinstance(image, BmpImageFile)
-        bmp_files.check(image, data)
-        return _samples(image) if palette is None else bmp_files.samples(image, palette)
+        bmp.check(image, data)
+        return _samples(image) if palette is None else bmp.samples(image, palette)
 
 
 def _tiff(data: bytes, name: str) -> NDArray[Any]:
     with _opened(TiffImageFile, data, name) as image:
         assert isinstance(image, TiffImageFile)
         image.info.pop("xmp", None)  # Pillow would take an orientation from it
-        layout = tiff_files.Layout.of(image)
-        tiff_files.check(image, layout, data)
-        bits, palette = tiff_files.stated_bits(image, layout), tiff_files.named_colors(image, layout)
+        layout = tiff.Layout.of(image)
+        tiff.check(image, layout, data)
+        bits, palette = tiff.stated_bits(image, layout), tiff.named_colors(image, layout)
         if layout.by_opencv:
             return _filled(_samples_by_opencv(data), bits)
         if palette is None:
