@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from convexperc.recognition import Recognition
 
 _Bounds = tuple[str, float, float, float]
-"""An object, the bounds of its optimum, and a lower bound of its ||o||^2."""
+"""An object, the bounds of its optimum, and the share of it that is left unexplained at most."""
 
 
 class Outputs:
@@ -90,14 +90,14 @@ def _hypotheses(bounded: Sequence[_Bounds]) -> "list[Hypothesis]":
 
 def _bounded(line: Mapping[str, Any], found: "Recognition") -> list[_Bounds]:
     """Each object that the calibration accepts, or without one each candidate, by its best template."""
-    judged, (least, _) = line["acceptance"], found.squared_norms
+    judged, (_, most) = line["acceptance"], found.unexplained
     published = line["candidates"] if judged is None else judged["accepted"]
     best = [each for each in found.best_templates if each.object in published]
-    return [(each.object, *each.interval, float(least[each.index])) for each in best]
+    return [(each.object, *each.interval, float(most[each.index])) for each in best]
 
 
 def _usable(bounds: _Bounds) -> bool:
-    return all(map(math.isfinite, bounds[1:])) and bounds[3] > 0.0
+    return all(map(math.isfinite, bounds[1:]))
 
 
 def _details(line: Mapping[str, Any], bounded: Sequence[_Bounds]) -> dict[str, Any]:

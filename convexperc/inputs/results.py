@@ -40,31 +40,29 @@ class Hypothesis:
         Its name.
     lower, upper : float
         lower <= F* <= upper, of the reference of the object that decides.
-    squared_norm : float
-        ||o||^2 of that reference, > 0.
+    unexplained : float
+        F* / ||o||^2 <= unexplained, of that reference; >= 0.
     """
 
     object: str
     lower: float
     upper: float
-    squared_norm: float
+    unexplained: float
 
     def __post_init__(self) -> None:
-        numbers = self.lower, self.upper, self.squared_norm
-        if not all(map(math.isfinite, numbers)) or self.lower > self.upper or self.squared_norm <= 0:
-            must = "must have finite lower <= upper, and squared_norm > 0"
+        numbers = self.lower, self.upper, self.unexplained
+        if not all(map(math.isfinite, numbers)) or self.lower > self.upper or self.unexplained < 0:
+            must = "must have finite lower <= upper, and unexplained >= 0"
             raise InputError(f"hypothesis {self.object!r}", value=numbers, must=must)
 
     @property
     def score(self) -> float:
         """A proved lower bound of the explained fraction 1 - F*/||o||^2, within 0 and 1.
 
-        It is 1 - upper/||o||^2, rounded downwards. It is no probability: the scores of the objects do not add
-        up to 1, and a high one says that the views explain the object's features, not how surely it is that
-        object.
+        It is no probability: the scores of the objects do not add up to 1, and a high one says that the views
+        explain the object's features, not how surely it is that object.
         """
-        quotient = math.nextafter(self.upper / self.squared_norm, math.inf)
-        return min(1.0, max(0.0, math.nextafter(1.0 - quotient, -math.inf)))
+        return max(0.0, math.nextafter(1.0 - self.unexplained, -math.inf))
 
 
 class ResultBag:
@@ -172,7 +170,7 @@ class ResultBag:
                 "objects": [
                     {
                         "class_id": each.object, "lower": each.lower, "upper": each.upper,
-                        "squared_norm": each.squared_norm,
+                        "unexplained": each.unexplained,
                     }
                     for each in ordered
                 ],

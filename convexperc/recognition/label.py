@@ -30,9 +30,6 @@ NORM_FACTOR = 1.1
 """Templates whose norms differ by more than this factor are warned about: F* <= ||o||^2, so a short template
 wins by its length."""
 
-_FIRST = 256
-"""Features that are looked at first for one that is not 0."""
-
 
 class Options(TypedDict, total=False):
     """How a recognition is made; each may be left out.
@@ -166,6 +163,21 @@ def recognize(
     with np.errstate(all="ignore"):  # what overflows is bounded by infinity
         bounds = _bounds(X, references, modalities, names, answers)
         return _recognised(bounds, penalties, _robots(views, bounds.data.n), settings, answers)
+
+
+def recognize_each(found: Recognition) -> tuple[Recognition, ...]:
+    """Recognise from each view of a recognition alone, with its library, lambdas and decision.
+
+    Every reference has an answer; the products of views and references are those that are known already.
+    """
+    settings = replace(DEFAULT, decision=found.decision, prune=False)
+    with np.errstate(all="ignore"):
+        return tuple(
+            _recognised(
+                DataBounds.of(found.answers.data.alone(i)), found.answers.penalties, (name,), settings, None
+            )
+            for i, name in enumerate(found.views)
+        )
 
 
 def recognize_path(
@@ -358,10 +370,10 @@ def _all_zero(answers: Answers) -> bool:
 
 def _zero_warning(answers: Answers, views: tuple[str, ...]) -> tuple[str, ...]:
     """Name the robots whose features are all 0."""
-    X = answers.data.views.X
-    if X[:, :_FIRST].any(axis=1).all():
-        return ()  # the usual case, without a pass over the data
-    silent = [views[i] for i in np.flatnonzero(~X.any(axis=1)).tolist()]
+    X, squares = answers.data.views.X, answers.data.G.diagonal()
+    if squares.all():
+        return ()  # the usual case, without a look at X: a square of 0 may have underflowed
+    silent = [views[i] for i in np.flatnonzero(squares == 0.0).tolist() if not X[i].any()]
     return (f"all features are 0 of {', '.join(silent)}: such a view shows nothing",) if silent else ()
 
 

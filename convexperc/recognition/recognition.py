@@ -16,6 +16,7 @@ from convexperc.errors import TemplateNameError
 from convexperc.problem.arrays import FeatureVector, Vector, euclidean_length, lowest
 from convexperc.problem.scaling import Scaling
 from convexperc.recognition.decision import Decision, costs
+from convexperc.recognition.rules import Rules
 from convexperc.solution.answers import Answers
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Solution, Status
@@ -206,10 +207,10 @@ class Recognition:
         """Whether every template is excluded or has a certified answer."""
         return bool((self.excluded | self.answers.certified).all())
 
-    @property
-    def squared_norms(self) -> Intervals:
-        """Bounds of the ||o_j||^2 of all templates."""
-        return compared_squares(self.answers)
+    @cached_property
+    def rules(self) -> Rules:
+        """What other rules say of the same views and references."""
+        return Rules.of(self.answers.data, self.views, self.candidates[0])
 
     @property
     def objects(self) -> tuple[str, ...]:
@@ -340,7 +341,7 @@ def cost_bounds(answers: Answers, decision: Decision) -> Intervals:
 
 
 def compared_squares(answers: Answers) -> Intervals:
-    """Bound the ||o_j||^2; what the reduced data do not bound is computed where the decision needs it."""
+    """Bound the ||o_j||^2; what the reduced data do not bound is computed here."""
     data = answers.data
     least, most = answers.bounds.squares
     if not data.sound.all():

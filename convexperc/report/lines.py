@@ -3,12 +3,12 @@
 import json
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from typing import Any
 
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.recognition import Ranked, Recognition
-from convexperc.recognition.rules import Rules
-from convexperc.report.records import judgement_record
+from convexperc.report.records import judgement_record, rules_record
 
 SCHEMA = "convexperc/recognition-line/1"
 
@@ -45,6 +45,7 @@ def recognition_line(
         "schema": SCHEMA,
         "time": _finite(time),
         "nanoseconds": nanoseconds,
+        "decision": None,
         "verdict": None,
         "label": None,
         "certified": None,
@@ -75,6 +76,7 @@ def line_text(record: Mapping[str, Any]) -> str:
 def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, Any]:
     best = found.template()
     record: dict[str, Any] = {
+        "decision": found.decision.value,
         "verdict": found.statement,
         "label": found.label,
         "certified": found.certified,
@@ -86,7 +88,7 @@ def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, An
         "explained": _interval(found.explained),
         "ranked_views": _ranked(found.ranked_views()),
         "ranked_modalities": _ranked(found.ranked_modalities()),
-        "rules": _rules(Rules.of(found)),
+        "rules": rules_record(found),
         "reason": found.reason,
         "warnings": list(found.warnings),
     }
@@ -95,15 +97,8 @@ def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, An
     return record
 
 
-def _rules(rules: Rules) -> dict[str, Any]:
-    named = {name: getattr(rules, name) for name in ("mean", "vote", "best_view")}
-    return named | {"votes": rules.votes, "disagreeing": list(rules.disagreeing)}
-
-
 def _ranked(ranking: Iterable[Ranked]) -> list[dict[str, Any]]:
-    return [
-        {"name": each.name, "weight": _finite(each.weight), "share": _finite(each.share)} for each in ranking
-    ]
+    return [asdict(each) | {"weight": _finite(each.weight)} for each in ranking]
 
 
 def _interval(ends: tuple[float, float]) -> dict[str, float | None]:

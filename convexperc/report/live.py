@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from convexperc.errors import escaped
-from convexperc.report.tables import above, below, percents
+from convexperc.report.tables import above, accepted, below, margin_words, percents
 
 WIDTH, BAR, LONGEST = 80, 24, 140
 """Columns of the view, of the longest bar, and of a reason in all; the line of JSON has the whole of it."""
@@ -39,10 +39,10 @@ def _facts(line: Mapping[str, Any], rate: float | None) -> Table:
     grid.add_column(style="dim", no_wrap=True)
     grid.add_column(overflow="fold")
     grid.add_row("object", _object(line))
-    grid.add_row("acceptance", escaped(_acceptance(line["acceptance"])))
+    grid.add_row("acceptance", escaped(accepted(line["acceptance"])))
     grid.add_row("optimum", _bounds(line["optimum"]))
     grid.add_row("margin", escaped(_margin(line)))
-    explained = f"{_percents(line['explained'])} of ||o||^2 by the views" if line["explained"] else "-"
+    explained = f"{percents(_ends(line['explained']))} of ||o||^2 by the views" if line["explained"] else "-"
     grid.add_row("explained", explained)
     if line["rules"] is not None and line["rules"]["disagreeing"]:
         grid.add_row("disagreeing", escaped(", ".join(line["rules"]["disagreeing"])))
@@ -71,14 +71,6 @@ def _object(line: Mapping[str, Any]) -> Text:
     return text
 
 
-def _acceptance(judged: Mapping[str, Any] | None) -> str:
-    """What a calibration says, in the words of the table."""
-    if judged is None:
-        return "not judged, for want of a calibration"
-    names = f" ({', '.join(judged['accepted'])})" if judged["accepted"] else ""
-    return f"{judged['verdict']}{names}: {judged['reason']}"
-
-
 def _refused(judged: Mapping[str, Any]) -> Text:
     """What a calibration says that does not accept the label, or not alone."""
     accepted = judged["accepted"]
@@ -95,15 +87,10 @@ def _either(names: Sequence[str]) -> str:
 
 
 def _margin(line: Mapping[str, Any]) -> str:
-    """How far the next object lies behind, in what the verdict compares the objects by."""
+    """How far the next object lies behind."""
     if line["margin"] is None:
         return "-"
-    measures = {
-        "proved: lowest optimum": "the F* of ",
-        "proved: largest explained fraction": "the F* / ||o||^2 of ",
-    }
-    behind = f"{measures.get(line['verdict'], '')}{line['runner_up']}, the runner-up"
-    return f"{_percents(line['margin'])} below {behind}"
+    return margin_words(_ends(line["margin"]), line["decision"], line["runner_up"])
 
 
 def _bounds(interval: Mapping[str, float | None] | None) -> str:
@@ -114,9 +101,8 @@ def _bounds(interval: Mapping[str, float | None] | None) -> str:
     return f"{ends[0]} <= F* <= {ends[1]}"
 
 
-def _percents(interval: Mapping[str, float]) -> str:
-    """Bounds of a share in per cent."""
-    return percents((interval["lower"], interval["upper"]))
+def _ends(interval: Mapping[str, float]) -> tuple[float, float]:
+    return interval["lower"], interval["upper"]
 
 
 def _clock(line: Mapping[str, Any], rate: float | None) -> str:

@@ -15,7 +15,6 @@ from convexperc.problem.optimality import OptimalityResidual
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.each_view import EachView
 from convexperc.recognition.recognition import Ranked, Recognition, Template
-from convexperc.recognition.rules import Rules
 from convexperc.solution.solution import Solution
 
 
@@ -106,7 +105,7 @@ def recognition_record(
         "margin": None if recognition.margin is None else _interval(recognition.margin),
         "explained": _interval(recognition.explained),
         "runner_up": recognition.runner_up,
-        "rules": _rules(recognition),
+        "rules": rules_record(recognition),
         "each_view": None if each_view is None else _each_view(each_view),
         "ranked_for": {"object": best.object, "template": best.name},
         "ranked_views": _ranked(recognition.ranked_views()),
@@ -129,13 +128,6 @@ def _exact(value: float) -> dict[str, float | str]:
     return {"decimal": _plain(value), "hex": float(value).hex()}
 
 
-def _rules(found: Recognition) -> dict[str, Any]:
-    rules = Rules.of(found)
-    names = ("mean", "best_view", "vote", "votes")
-    nearest = dict(zip(found.views, rules.nearest, strict=True))
-    return {**{name: getattr(rules, name) for name in names}, "nearest": nearest}
-
-
 def _each_view(found: EachView) -> dict[str, Any]:
     """The sums of the optima of single views, by object."""
     ends = zip(found.objects, *(end.tolist() for end in found.costs), strict=True)
@@ -146,6 +138,14 @@ def _each_view(found: EachView) -> dict[str, Any]:
         "labels": {robot: alone.label for robot, alone in zip(found.views, found.recognitions, strict=True)},
         "sums": {name: _interval((lower, upper)) for name, lower, upper in ends},
     }
+
+
+def rules_record(found: Recognition) -> dict[str, Any]:
+    """Return what other rules say as plain JSON values; see `Rules`."""
+    rules = found.rules
+    named = {name: getattr(rules, name) for name in ("mean", "best_view", "vote", "votes")}
+    nearest = dict(zip(found.views, rules.nearest, strict=True))
+    return {**named, "nearest": nearest, "disagreeing": list(rules.disagreeing)}
 
 
 def judgement_record(judgement: Judgement) -> dict[str, Any]:

@@ -24,12 +24,12 @@ from convexperc.cli.main import app
 from convexperc.cli.streams import _Tally
 from convexperc.cli.watching import Watch
 from convexperc.files import json_bytes
-from convexperc.recognition import Calibration, References, Rules, perceive, read_references, sample_scene
+from convexperc.recognition import Calibration, References, perceive, read_references, sample_scene
 from convexperc.report import recognition_line
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 1.0, "lambda3": 0.1}
 KEYS = {
-    "schema", "time", "nanoseconds", "verdict", "label", "certified", "acceptance", "candidates", "best",
+    "schema", "time", "nanoseconds", "decision", "verdict", "label", "certified", "acceptance", "candidates", "best",
     "optimum", "runner_up", "margin", "explained", "views", "missing", "ranked_views", "ranked_modalities",
     "rules", "reason", "warnings", "milliseconds",
 }  # fmt: skip
@@ -92,8 +92,8 @@ def test_a_stream_has_a_line_for_each_moment(world, run):  # noqa: F811
         assert [each["name"] for each in line["ranked_modalities"]] == [
             each.name for each in wanted.ranked_modalities()
         ]
-        assert line["rules"]["vote"] == Rules.of(wanted).vote
-        assert line["rules"]["disagreeing"] == list(Rules.of(wanted).disagreeing)
+        assert line["rules"]["vote"] == wanted.rules.vote
+        assert line["rules"]["disagreeing"] == list(wanted.rules.disagreeing)
         assert line["acceptance"] is None
         assert line["milliseconds"] > 0.0
     assert done.stderr.splitlines()[0] == f"{FRAMES} moments: the lowest optimum is proved in {FRAMES}"

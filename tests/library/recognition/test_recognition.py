@@ -53,6 +53,14 @@ def test_the_label_of_separated_templates_is_proved():
     assert found.warnings == ("all features are 0 of robot 3: such a view shows nothing",)
 
 
+@pytest.mark.parametrize("others", [1.0, 1e-170])
+def test_a_view_whose_square_underflows_is_not_called_zero(others):
+    X = np.array([[others, 0.0], [0.0, 1e-190], [0.0, 0.0]])
+    found = recognize(X, {"a": [1, 0], "b": [0, 2]}, lambda1=1.0, lambda2=0.1, lambda3=0.1)
+    silent = [each for each in found.warnings if "shows nothing" in each]
+    assert silent == ["all features are 0 of robot 3: such a view shows nothing"]
+
+
 def test_a_template_orthogonal_to_every_view_keeps_its_whole_norm():
     found = recognize([[1, 0], [1, 0]], {"a": [1, 0], "b": [0, 1]}, lambda1=1.0, lambda2=0.1, lambda3=0.1)
     assert (found.verdict, found.label) == (Verdict.PROVED, "a")
