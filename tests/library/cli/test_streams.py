@@ -29,9 +29,9 @@ from convexperc.report import recognition_line
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 1.0, "lambda3": 0.1}
 KEYS = {
-    "schema", "time", "nanoseconds", "decision", "verdict", "label", "certified", "acceptance", "candidates", "best",
-    "optimum", "runner_up", "margin", "explained", "views", "missing", "ranked_views", "ranked_modalities",
-    "rules", "reason", "warnings", "milliseconds",
+    "schema", "time", "nanoseconds", "decision", "verdict", "label", "certified", "acceptance", "candidates",
+    "best", "optimum", "runner_up", "margin", "explained", "views", "missing", "ranked_views",
+    "ranked_modalities", "rules", "reason", "warnings", "milliseconds",
 }  # fmt: skip
 """Of every line."""
 FRAMES = 6
