@@ -22,6 +22,8 @@ class _Encoding(NamedTuple):
     channels: int
     depth: int
     to_rgb: Callable[[NDArray[Any]], NDArray[Any]]
+    multiple: int = 1
+    """Of which the width must be one."""
 
 
 def _same(pixels: NDArray[Any]) -> NDArray[Any]:
@@ -44,11 +46,20 @@ def _mosaic(code: int) -> Callable[[NDArray[Any]], NDArray[Any]]:
     return lambda pixels: np.asarray(cv2.cvtColor(pixels[..., 0], code))
 
 
+def _luma_and_chroma(code: int) -> _Encoding:
+    """Y of every pixel, U and V of every two, 8 bits each (4:2:2, packed)."""
+    return _Encoding(2, 8, lambda pixels: np.asarray(cv2.cvtColor(pixels, code)), 2)
+
+
 _BYTES = {8: 1, 16: 2}
 _ENCODINGS: dict[str, _Encoding] = {
     "8UC1": _Encoding(1, 8, _same),
     "8UC3": _Encoding(3, 8, _reversed),  # OpenCV's order, B, G, R, by convention
     "16UC1": _Encoding(1, 16, _same),
+    "yuv422": _luma_and_chroma(cv2.COLOR_YUV2RGB_UYVY),
+    "uyvy": _luma_and_chroma(cv2.COLOR_YUV2RGB_UYVY),
+    "yuv422_yuy2": _luma_and_chroma(cv2.COLOR_YUV2RGB_YUY2),
+    "yuyv": _luma_and_chroma(cv2.COLOR_YUV2RGB_YUY2),
 }
 for _depth in _BYTES:
     _ENCODINGS |= {
@@ -63,7 +74,7 @@ for _depth in _BYTES:
         f"bayer_grbg{_depth}": _Encoding(1, _depth, _mosaic(cv2.COLOR_BayerGRBG2RGB)),
     }
 ENCODINGS = tuple(_ENCODINGS)
-"""Encodings of Image messages that are read. Of the others, a depth is no picture, and YUV has many forms."""
+"""Encodings of Image messages that are read, by their names in sensor_msgs; a depth is no picture."""
 
 
 @dataclass(frozen=True)
@@ -83,19 +94,24 @@ def image_picture(message: Any, name: str) -> Picture:
     """Convert a `sensor_msgs/Image`.
 
     Alpha is left out, as ROS does when it converts to RGB: cameras fill it with anything. Of 16 bits the
-    upper 8 are kept. A Bayer mosaic is interpolated bilinearly by OpenCV. The channels of ``8UC3``, which
+    upper 8 are kept. Y, U and V are those of ITU-R BT.601 with Y from 16 to 235, for which OpenCV and ROS
+    take them. A Bayer mosaic is interpolated bilinearly by OpenCV. The channels of ``8UC3``, which
     the encoding does not name, are B, G, R, as OpenCV has them.
 
     Raises
     ------
     ImageError
-        Another encoding; a size out of range; rows that are shorter than their pixels, or missing.
+        Another encoding; a size out of range; an odd width where two pixels share U and V; rows that are
+        shorter than their pixels, or missing.
     """
     encoding = _ENCODINGS.get(message.encoding)
     if encoding is None:
         must = f"must be one of {', '.join(ENCODINGS)}"
         raise ImageError(f"{name}: encoding", value=message.encoding, must=must, remedy="Convert it to rgb8.")
     check_size(message.height, message.width, name)
+    if message.width % encoding.multiple:
+        must = f"must be a multiple of {encoding.multiple} with the encoding {message.encoding}"
+        raise ImageError(f"{name}: width", value=message.width, must=must)
     return as_rgb(encoding.to_rgb(_pixels(message, encoding, name)), name)
 
 
