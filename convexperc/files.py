@@ -12,6 +12,8 @@ from typing import Any
 from convexperc.errors import FileFormatError, InputError
 
 MUST_BE_JSON = "must be a readable JSON file"
+DEEPEST = 100
+"""Lists and objects in each other that `check_json` allows."""
 
 
 class NoFloat(str):
@@ -31,13 +33,34 @@ def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
     FileFormatError
         The file is not readable or not JSON, or repeats a key.
     """
+    place = given_path(path)
     file = os.fspath(path)
     try:
-        content = Path(path).read_bytes()
+        content = place.read_bytes()
     except OSError as problem:
         value, remedy = problem.strerror, "Check the path."
         raise FileFormatError(file, value=value, must=MUST_BE_JSON, remedy=remedy) from None
     return file, parse_json(content, file)
+
+
+def given_path(
+    path: str | os.PathLike[str], what: str = "path", error: type[InputError] = FileFormatError
+) -> Path:
+    """Return a path of the caller's as a `Path`, whether or not there is such a file.
+
+    Raises
+    ------
+    InputError
+        Of the class given: no string or path-like of one, or with a character that no file's name can have.
+    """
+    try:
+        text: object = os.fspath(path)
+        if isinstance(text, str) and b"\0" not in os.fsencode(text):
+            return Path(text)
+    except (TypeError, ValueError):  # of another type; a surrogate that stands for no byte
+        pass
+    must = "must be a path: a string or path-like without characters that no file's name can have"
+    raise error(what, value=path, must=must)
 
 
 def parse_json(content: bytes | str, file: str) -> Any:
@@ -63,6 +86,39 @@ def parse_json(content: bytes | str, file: str) -> Any:
         raise
     except (ValueError, RecursionError) as problem:
         raise FileFormatError(file, value=str(problem), must=MUST_BE_JSON) from None
+
+
+def check_json(value: Any, part: str) -> None:
+    """Check that a value is read again as it is written: a list or tuple comes back as a list.
+
+    Raises
+    ------
+    InputError
+        It holds a number that is not finite, a key that is no string, or a value that JSON does not have.
+    """
+    try:
+        _check_json(value, part, DEEPEST)
+        json.dumps(value)
+    except InputError:
+        raise
+    except ValueError as problem:  # an integer of over 4,300 digits
+        must = "must be a JSON value"
+        raise InputError(part, value=value, must=must, remedy=f"{problem}.") from None
+
+
+def _check_json(value: Any, part: str, deepest: int) -> None:
+    if value is None or isinstance(value, int) or (isinstance(value, float) and math.isfinite(value)):
+        return
+    if isinstance(value, str) and not isinstance(value, NoFloat):
+        return
+    if not isinstance(value, (dict, list, tuple)) or not deepest:
+        must = f"must be a JSON value: numbers that float64 holds, at most {DEEPEST} lists in each other"
+        raise InputError(part, value=value, must=must)
+    entries: Iterable[tuple[Any, Any]] = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, entry in entries:
+        if isinstance(value, dict) and not isinstance(key, str):
+            raise InputError(f"a key of {part}", value=key, must="must be a string")
+        _check_json(entry, f"{part}[{key!r}]", deepest - 1)
 
 
 def _float(text: str) -> float | NoFloat:
@@ -119,12 +175,14 @@ def check_place(path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     InputError
-        The folder does not exist or is not writable, the path exists and is not a file, or it is in ``/dev``
-        or ``/proc``: ``/dev/stdout``, for example, may be another program's file, which would be replaced.
+        It is no path, the folder does not exist or is not writable, the path exists and is not a file, or it
+        is in ``/dev`` or ``/proc``: ``/dev/stdout``, for example, may be another program's file, which would
+        be replaced.
     """
+    given = given_path(path, "output", InputError)
     try:
-        place = Path(path).resolve()
-        device = Path(path).absolute().parts[1:2] in (("dev",), ("proc",))
+        place = given.resolve()
+        device = given.absolute().parts[1:2] in (("dev",), ("proc",))
         if device or (place.exists() and not place.is_file()):
             raise _unwritable(path, "no ordinary file")
     except (OSError, ValueError, RuntimeError) as problem:

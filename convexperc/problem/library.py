@@ -167,10 +167,11 @@ class TemplateLibrary:
         Raises
         ------
         InputError
-            The file cannot be written.
+            The file cannot be written; `more` holds what JSON does not keep, such as NaN or a key that is no
+            string.
         """
         columns = Columns(self.O, self.given_names, self.given_objects)
-        write_columns(path, Stored(columns, self.modalities, more or {}))
+        write_columns(path, Stored(columns, self.modalities, {} if more is None else more))
 
     def extended(
         self, templates: Any, *, names: Sequence[str] | None = None, objects: Sequence[str] | None = None

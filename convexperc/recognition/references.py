@@ -115,18 +115,25 @@ class References:
         ------
         FileFormatError
             It is not readable, or holds something else; a library without the configuration of its features,
-            or of others than that describes.
+            or of others than that describes, or of fewer than two objects.
         """
         stored, file = open_columns(path), os.fspath(path)
+        if "features" not in stored.more:
+            must = "must hold the configuration of its features, as References.save writes it"
+            raise FileFormatError(f"{file}: more", value=stored.more, must=must)
         try:
-            configuration = FeatureConfiguration.from_dict(stored.more.get("features"))
+            configuration = FeatureConfiguration.from_dict(stored.more["features"])
             sizes = Modalities.of(configuration.modality_sizes, stored.modalities.d)
         except InputError as error:
             raise placed(file, error) from None
         if sizes.names != stored.modalities.names or not sizes.same(stored.modalities):
             must = "must be those of the configuration in the file"
             raise FileFormatError(f"{file}: modalities", value=stored.modalities.names, must=must)
-        return cls(TemplateLibrary.stored(stored), configuration)
+        library = TemplateLibrary.stored(stored)
+        if len(library.objects) < 2:
+            must = "must name at least two objects: the only one would be recognised in any view"
+            raise FileFormatError(f"{file}: objects", value=list(library.objects), must=must)
+        return cls(library, configuration)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the library with its configuration to a file; see `TemplateLibrary.save`."""
