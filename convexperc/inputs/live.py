@@ -1,5 +1,6 @@
 """Cameras and streams: the newest picture wins."""
 
+import atexit
 import threading
 import time
 from collections.abc import Iterator, Mapping
@@ -57,6 +58,7 @@ class Live(Source):
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._read, name=f"convexperc: {name}", daemon=True)
         self._thread.start()
+        atexit.register(self.close)  # Python ends threads by force, within OpenCV with an abort
 
     def _read(self) -> None:
         end = "it gives no more pictures"
@@ -147,6 +149,7 @@ class Live(Source):
         if not self._closing.is_set():
             self._ended = self.stopped
             self._closing.set()
+            atexit.unregister(self.close)
         self._thread.join(_PATIENCE)
         self._dropped += self.take() is not None
 

@@ -1,5 +1,7 @@
 """Cameras and streams: what is newest, what is dropped, what stops; and how they end."""
 
+import subprocess
+import sys
 import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -269,20 +271,46 @@ class Motion(BaseHTTPRequestHandler):
         pass
 
 
-def test_a_stream_is_read():
+@pytest.fixture
+def address():
+    """The address of a stream."""
     server = ThreadingHTTPServer(("127.0.0.1", 0), Motion)
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
-    try:
-        address = f"http://127.0.0.1:{server.server_port}/stream.mjpg"
-        with moments({"a": open_source(address, timeout=5.0)}, slop=0.1) as found:
-            views = [next(found).views["a"] for _ in range(3)]
-    finally:
-        server.shutdown()
-        thread.join()
-        server.server_close()
+    yield f"http://127.0.0.1:{server.server_port}/stream.mjpg"
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def test_a_stream_is_read(address):
+    with moments({"a": open_source(address, timeout=5.0)}, slop=0.1) as found:
+        views = [next(found).views["a"] for _ in range(3)]
     for view in views:
         red, green, blue = view[0, 0]
         assert abs(int(blue) - 77) <= 4
         assert 96 <= red <= 113
         assert green <= 4
+
+
+@pytest.mark.parametrize(
+    "end", ["", "raise SystemExit(2)", "inputs.moments({'a': stream, 'b': other}, slop=0.1)"]
+)
+def test_a_program_may_end_while_a_stream_is_read(address, tmp_path, end):
+    """The thread that reads is not stopped within OpenCV, which would abort the process."""
+    still = tmp_path / "run"
+    still.mkdir()
+    (still / "0.5.jpg").write_bytes(jpeg(picture(1, (48, 64))))
+    program = (
+        "import sys; from convexperc import inputs\n"
+        "stream, other = map(inputs.open_source, sys.argv[1:])\n"
+        "while not stream.waiting: pass\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program + end, address, str(still)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == {"": 0, "raise SystemExit(2)": 2}.get(end, 1), done.stderr
+    assert "FATAL" not in done.stderr
