@@ -95,9 +95,11 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
     """Run ``convexperc recognize``."""
     viewed = views is not None or bool(view)
     if sample == (references is not None or viewed) or (scene is not None and not sample):
-        raise typer.BadParameter("give --references and --views, or --sample (and optionally --scene)")
+        raise typer.BadParameter(
+            "give --references and --views (or --view), or --sample (and optionally --scene)"
+        )
     if (references is None) == viewed:
-        raise typer.BadParameter("--references and --views go together")
+        raise typer.BadParameter("--references goes with --views or --view")
     _say_left_out(references=references, views=views)
     asked = streams.Asked(
         view or (), region or (), mask or (), slop, every, rate, strict, jsonl, results, watch

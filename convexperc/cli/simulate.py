@@ -43,15 +43,19 @@ Workers = Annotated[int, typer.Option(help="Number of processes; the pictures do
 Width = Annotated[int, typer.Option(help="Width of a view in pixels.")]
 Height = Annotated[int, typer.Option(help="Height of a view in pixels.")]
 Objects = Annotated[
-    str | None, typer.Option(metavar="NAMES", help="Names of objects, with commas between them.")
+    str | None,
+    typer.Option(
+        metavar="NAMES", help="Names of objects, with commas between them. By default those of the set."
+    ),
 ]
+MESHES = "Folder with a folder of OBJ files for each object, in place of the package's of that name;"
 Meshes = Annotated[
     Path | None,
-    typer.Option(
-        metavar="DIR",
-        help="Folder with a folder of OBJ files for each object, in place of the package's of that name;"
-        " others are drawn if --objects names them.",
-    ),
+    typer.Option(metavar="DIR", help=f"{MESHES} others are drawn if --objects names them."),
+]
+MeshesOfScene = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", help=f"{MESHES} another is drawn if the description names it."),
 ]
 
 
@@ -105,7 +109,7 @@ def scene(
     folder: Folder,
     width: Width = 160,
     height: Height = 120,
-    meshes: Meshes = None,
+    meshes: MeshesOfScene = None,
 ) -> bool:
     """Run ``convexperc simulate scene``."""
     start = perf_counter()

@@ -186,7 +186,10 @@ class Stream:
         """Refuse the options of one recognition."""
         for option, value in options.items():
             if value:
-                raise typer.BadParameter(f"{option} is of one recognition; a stream writes --jsonl FILE")
+                raise typer.BadParameter(
+                    f"{option} is for one recognition, and these views are a stream: leave it out"
+                    " (--jsonl FILE writes the moments of a stream)"
+                )
 
     def follow(self, recogniser: Recogniser, told: Sequence[str]) -> bool:
         """Recognise the views of each moment, write a line for each, and say at the end what was left out.

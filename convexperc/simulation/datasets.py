@@ -181,7 +181,7 @@ def _make(folder: Path, request: Request, thing: Model | MeshModel, plan: Plan |
     if plan is None:
         return keep(folder, draw_reference(reference_scene(request.set, thing), request.size, objects))
     proposals = PROPOSE[request.set](plan, thing)
-    return keep(folder, find_scene(proposals, request.size, objects, plan.level))
+    return keep(folder, find_scene(proposals, request.size, objects, plan))
 
 
 def reference_scene(kind: SetName, thing: Model | MeshModel) -> Scene:

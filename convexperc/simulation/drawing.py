@@ -13,7 +13,7 @@ from convexperc.simulation.descriptions import scene_record
 from convexperc.simulation.image_size import ImageSize
 from convexperc.simulation.manifest import overhead_size
 from convexperc.simulation.mujoco_xml import Group
-from convexperc.simulation.proposing import Obstruction, Proposal, obstruction
+from convexperc.simulation.proposing import Obstruction, Plan, Proposal, obstruction
 from convexperc.simulation.rendering import SceneRenderer, View, png
 from convexperc.simulation.scenes import Scene
 
@@ -77,9 +77,9 @@ def draw_scene(scene: Scene, size: ImageSize, objects: Catalogue, level: str = "
 
 
 def find_scene(
-    proposals: Iterable[Proposal | None], size: ImageSize, objects: Catalogue, level: str
+    proposals: Iterable[Proposal | None], size: ImageSize, objects: Catalogue, plan: Plan
 ) -> Drawn:
-    """Draw the first proposed scene whose measured obstructions are the wanted ones.
+    """Draw the first scene proposed for a plan whose measured obstructions are the wanted ones.
 
     Raises
     ------
@@ -99,9 +99,17 @@ def find_scene(
             views = {name: renderer.view(name, size) for name in scene.views()}
             found = (obstruction(view.visible_share) for view in views.values())
             if all(want in (None, is_) for want, is_ in zip(proposal.wanted, found, strict=True)):
-                return _drawn(scene, level, views, png(renderer.picture("overhead", above)))
-    must, remedy = "must be attainable", "Choose another object or seed, or meshes of a more usual shape."
-    raise InputError(f"level {level!r}", value=f"none in {MAX_DRAWS} draws", must=must, remedy=remedy)
+                return _drawn(scene, plan.level, views, png(renderer.picture("overhead", above)))
+    must, remedy = (
+        "must be attainable",
+        "Choose another object or seed, or meshes of a size and shape that is more usual in this set.",
+    )
+    raise InputError(
+        f"scene {plan.name}: level {plan.level!r}",
+        value=f"none in {MAX_DRAWS} draws",
+        must=must,
+        remedy=remedy,
+    )
 
 
 def _promises(renderer: SceneRenderer, proposal: Proposal) -> bool:

@@ -175,7 +175,9 @@ def test_a_folder_of_other_things_is_left_alone(opengl, tmp_path):
 def test_a_level_that_cannot_be_reached_is_an_error(opengl, monkeypatch, tmp_path):
     monkeypatch.setattr(drawing, "MAX_DRAWS", 3)
     monkeypatch.setattr(SceneRenderer, "visible_share", lambda *_: 0.85)
-    with pytest.raises(InputError, match="level 'none' must be attainable; got 'none in 3 draws'"):
+    with pytest.raises(
+        InputError, match=r"scene teapot-[12345]-01: level 'none' must be attainable; got 'none in 3 draws'"
+    ):
         write_data_set(tmp_path / "new", REQUEST)
     assert not (tmp_path / "new" / "manifest.json").exists()
 
