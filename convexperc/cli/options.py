@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -24,6 +24,8 @@ Seconds = Annotated[
 ]
 BUDGET = 60.0
 """`convexperc.enclosure.budget.SECONDS`, which is not loaded for ``--help``."""
+MOST_NAMED = 12
+"""Entries of a folder that are named in a line; more are counted."""
 
 
 def check_outputs(
@@ -61,3 +63,11 @@ def write(content: dict[Path, bytes]) -> None:
     for path, data in content.items():
         write_atomic(path, data)
         typer.echo(f"wrote {escaped(os.fspath(path))}", err=True)
+
+
+def say_left_out(folder: Path, said: Sequence[str]) -> None:
+    """Say in one line what of a folder is not used, and why; of many, the first and how many more."""
+    more = [f"and {len(said) - MOST_NAMED} more"] if len(said) > MOST_NAMED + 1 else []
+    named = said[:MOST_NAMED] if more else said
+    if said:
+        typer.echo(escaped(f"left out of {os.fspath(folder)}: {', '.join([*named, *more])}"), err=True)

@@ -13,7 +13,7 @@ import typer
 from convexperc import features, recognition, report
 from convexperc.cli import stream_options, streams
 from convexperc.cli.exits import exits
-from convexperc.cli.options import BUDGET, EPILOG, Json, Seconds, check_outputs, write
+from convexperc.cli.options import BUDGET, EPILOG, Json, Seconds, check_outputs, say_left_out, write
 from convexperc.cli.progress import working
 from convexperc.errors import CalibrationError, escaped
 from convexperc.files import json_bytes
@@ -329,6 +329,6 @@ def _say_left_out(
     for folder in (references, views, scenes):
         if folder is None or folder.is_file():
             continue
-        said = recognition.left_out(folder, references=folder is references, scenes=folder is scenes)
-        if said:
-            typer.echo(escaped(f"left out of {folder}: {', '.join(said)}"), err=True)
+        say_left_out(
+            folder, recognition.left_out(folder, references=folder is references, scenes=folder is scenes)
+        )
