@@ -1,6 +1,7 @@
 """The part of a picture that shows the object: a rectangle, or a mask."""
 
 import os
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,8 +56,9 @@ class Region:
             These are not four integers, or they are out of range.
         """
         parts = text.split(",")
-        if len(parts) != 4 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
-            raise ImageError("region", value=text, must="must be x,y,width,height: four integers >= 0")
+        if len(parts) != 4 or not all(re.fullmatch(r"\s*\d{1,9}\s*", part, re.ASCII) for part in parts):
+            must = "must be x,y,width,height: four integers from 0 to 999999999"
+            raise ImageError("region", value=text, must=must)
         return cls(*map(int, parts))
 
     @classmethod

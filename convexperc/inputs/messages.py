@@ -122,7 +122,7 @@ def _pixels(message: Any, encoding: _Encoding, name: str) -> NDArray[Any]:
     if step < row:
         must = f"must be at least {row} bytes, {message.width} pixels of {message.encoding}"
         raise ImageError(f"{name}: step", value=step, must=must)
-    data, needed = np.asarray(message.data, dtype=np.uint8), step * (height - 1) + row
+    data, needed = _bytes(message.data), step * (height - 1) + row
     if len(data) < needed:
         must = f"must hold {height} rows of {step} bytes, of which the last may end after {row}"
         raise ImageError(f"{name}: data", value=f"{len(data)} bytes", must=must, remedy="It is truncated.")
@@ -136,12 +136,17 @@ def _pixels(message: Any, encoding: _Encoding, name: str) -> NDArray[Any]:
     return deep.reshape(height, message.width, encoding.channels)
 
 
+def _bytes(data: Any) -> NDArray[np.uint8]:
+    """The data of a message: bytes in ROS 1, an array in ROS 2 and in bags."""
+    return np.frombuffer(data, np.uint8) if isinstance(data, bytes) else np.asarray(data, dtype=np.uint8)
+
+
 def compressed_picture(message: Any, name: str) -> Picture:
     """Decode a `sensor_msgs/CompressedImage`: JPEG or PNG, or what else `read_image` reads.
 
     A `format` such as ``rgb8; jpeg compressed bgr8`` says what the pixels were, and in which order OpenCV
     was given them. With ``compressed rgb8``, red and blue stand exchanged in the file, and are exchanged
-    again, as ROS's own decoder does.
+    again, as ROS's own decoder does. Alpha is left out, as of an Image.
 
     Raises
     ------
@@ -155,9 +160,9 @@ def compressed_picture(message: Any, name: str) -> Picture:
     data = bytes(message.data)
     if not data:
         raise ImageError(name, value="0 bytes", must="must be a picture")
-    pixels = decode(data, name)
+    pixels = decode(data, name, alpha=False)
     if "compressed rgb" in stated and pixels.ndim == 3:
-        pixels = pixels[..., [2, 1, 0, 3][: pixels.shape[2]]]
+        pixels = pixels[..., ::-1]
     return as_rgb(pixels, name)
 
 

@@ -50,7 +50,7 @@ _JPEG_BARE, _JPEG_END = (0x01, 0xD8), 0xD9  # TEM and SOI; EOI
 _BYTE_MAX, _DEEP_BITS, _DEEP_MAX = 255, 16, 2**16 - 1
 
 
-def decode(data: bytes, name: str) -> NDArray[Any]:
+def decode(data: bytes, name: str, *, alpha: bool = True) -> NDArray[Any]:
     """Decode a PNG, JPEG, BMP, TIFF or WebP file, whose format is recognised by its content.
 
     Parameters
@@ -59,6 +59,8 @@ def decode(data: bytes, name: str) -> NDArray[Any]:
         The whole file.
     name : str
         How an error names the picture.
+    alpha : bool
+        Whether an alpha says what is to be seen; otherwise it is left out, whatever it is.
 
     Returns
     -------
@@ -79,6 +81,8 @@ def decode(data: bytes, name: str) -> NDArray[Any]:
         raise ImageError("PIL.ImageFile.LOAD_TRUNCATED_IMAGES", value=True, must="must be False")
     try:
         pixels = _pixels(reader, data, name)
+        if pixels.ndim == 3 and pixels.shape[2] == 4:
+            pixels = _seen(pixels) if alpha else pixels[..., :3]
     except (ImageError, MemoryError):
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as problem:
@@ -103,7 +107,11 @@ def _pixels(reader: type[ImageFile.ImageFile], data: bytes, name: str) -> NDArra
             if isinstance(image, JpegImageFile):
                 _check_jpeg(image, data)
             pixels = _turned(_samples(image), _orientation(image))
-    if pixels.ndim == 3 and pixels.shape[2] == 4 and not pixels[..., 3].any():
+    return pixels
+
+
+def _seen(pixels: NDArray[Any]) -> NDArray[Any]:
+    if not pixels[..., 3].any():
         raise ValueError("a picture that is transparent everywhere: it shows nothing")
     return pixels
 

@@ -161,6 +161,23 @@ def test_red_and_blue_are_exchanged_where_the_format_says_so():
     np.testing.assert_array_equal(gray, ARRAYS["mono"][1])
 
 
+@pytest.mark.parametrize("alpha", [0, 128, 255])
+def test_the_alpha_of_a_camera_is_left_out_compressed_or_not(alpha):
+    """Also where it is 0 everywhere, as some cameras have it."""
+    pixels = np.dstack([RGB[..., ::-1], np.full(RGB.shape[:2], alpha, np.uint8)])
+    data = np.frombuffer(cv2.imencode(".png", pixels)[1].tobytes(), np.uint8)
+    packed = SimpleNamespace(format="bgra8; png compressed bgra8", data=data)
+    np.testing.assert_array_equal(compressed_picture(packed, "x"), RGB)
+    np.testing.assert_array_equal(image_picture(message(pixels, "bgra8"), "x"), RGB)
+
+
+def test_data_may_be_bytes():
+    """As rospy and some readers of bags give it."""
+    for made in (message(RGB, "rgb8"), message(deep(GRAY), "mono16")):
+        same = SimpleNamespace(**{**vars(made), "data": made.data.tobytes()})
+        np.testing.assert_array_equal(image_picture(same, "x"), image_picture(made, "x"))
+
+
 def test_a_compressed_jpeg_is_near_what_opencv_decodes():
     smooth = cv2.resize(RGB, (64, 48), interpolation=cv2.INTER_CUBIC)
     data = jpeg(smooth)
