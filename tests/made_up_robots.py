@@ -5,8 +5,10 @@ python tests/made_up_robots.py docs/live.svg
 
 import io
 import json
+import os
 import re
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import chdir
 from pathlib import Path
@@ -118,7 +120,9 @@ def draw(lines: list[dict[str, Any]]) -> str:
 
 
 def main(target: str) -> None:
-    """Recognise the run, and draw what the live view shows; times of this machine are left out."""
+    """Recognise the run, and draw what the live view shows, in UTC; times of this machine are left out."""
+    os.environ["TZ"] = "UTC"
+    time.tzset()
     with TemporaryDirectory() as name, chdir(name):
         write_references(Path("known"))
         arguments = ["recognize", "--references", "known", *views(write_bag(Path("run")))]

@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
+from datetime import datetime
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -13,6 +14,8 @@ from rich.text import Text
 from convexperc.errors import escaped
 from convexperc.report.tables import above, accepted, below, margin_words, percents
 
+EPOCH = 1e9, 1e10
+"""Seconds since the epoch from 2001 to 2286; other times are those of a recording without a clock."""
 WIDTH, BAR, LONGEST = 80, 24, 140
 """Columns of the view, of the longest bar, and of a reason in all; the line of JSON has the whole of it."""
 
@@ -46,7 +49,10 @@ def _facts(line: Mapping[str, Any], rate: float | None) -> Table:
     grid.add_row("explained", explained)
     if line["rules"] is not None and line["rules"]["disagreeing"]:
         grid.add_row("disagreeing", escaped(", ".join(line["rules"]["disagreeing"])))
-    grid.add_row("time", _clock(line, rate))
+    grid.add_row("time", _clock(line))
+    speed = _speed(line, rate)
+    if speed:
+        grid.add_row("speed", speed)
     return grid
 
 
@@ -105,11 +111,19 @@ def _ends(interval: Mapping[str, float]) -> tuple[float, float]:
     return interval["lower"], interval["upper"]
 
 
-def _clock(line: Mapping[str, Any], rate: float | None) -> str:
-    said = "-" if line["time"] is None else f"{line['time']:.3f} s"
-    if line["milliseconds"] is not None:
-        said += f", recognised in {line['milliseconds']:.1f} ms"
-    return said if rate is None else f"{said}, {rate:.1f} moments a second"
+def _clock(line: Mapping[str, Any]) -> str:
+    """The time of the moment: date and local time of one since the epoch, seconds of any other."""
+    time, nanoseconds = line["time"], line["nanoseconds"]
+    if time is None or not EPOCH[0] <= time < EPOCH[1]:
+        return "-" if time is None else f"{time:.3f} s"
+    seconds, rest = divmod(nanoseconds, 10**9)
+    shown = datetime.fromtimestamp(seconds).astimezone()
+    return f"{shown:%Y-%m-%d %H:%M:%S}.{rest // 10**6:03}"
+
+
+def _speed(line: Mapping[str, Any], rate: float | None) -> str:
+    took = [] if line["milliseconds"] is None else [f"recognised in {line['milliseconds']:.1f} ms"]
+    return ", ".join(took if rate is None else [*took, f"{rate:.1f} moments a second"])
 
 
 def _robots(line: Mapping[str, Any], robots: Iterable[str]) -> Table:

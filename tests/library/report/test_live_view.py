@@ -2,6 +2,7 @@
 
 import io
 import json
+import time
 
 import numpy as np
 import pytest
@@ -50,7 +51,8 @@ def test_the_view_has_what_the_line_has(found):
     assert below == pytest.approx(lower, rel=1e-7)
     assert f"% below the F* of {found.runner_up}, the runner-up" in text
     assert f"explained   {percents(found.explained)} of ||o||^2 by the views" in text
-    assert "12.000 s, recognised in 12.3 ms, 9.9 moments a second" in text
+    assert "time        12.000 s " in text
+    assert "speed       recognised in 12.3 ms, 9.9 moments a second" in text
     rows = [row.split()[1:] for row in text.splitlines() if row.split()[1:2] and row.split()[1] in ROBOTS]
     assert [row[0] for row in rows] == ["spot", "husky", "mast"], "the order of the rows changes"
     weights = {each.name: each for each in found.ranked_views()}
@@ -79,6 +81,29 @@ def test_a_moment_without_a_view_says_so():
     assert text.count("missing") == 3
     assert "1.500 s" in text
     assert set(line) == set(line_of(None)), "keys depend on the moment"
+
+
+@pytest.mark.parametrize(
+    ("nanoseconds", "zone", "said"),
+    [
+        (1_700_000_000_123_999_999, "UTC0", "2023-11-14 22:13:20.123"),
+        (1_700_000_000_123_999_999, "CET-1CEST,M3.5.0,M10.5.0/3", "2023-11-14 23:13:20.123"),
+        (10**18, "UTC0", "2001-09-09 01:46:40.000"),
+        (999_999_999 * 10**9, "UTC0", "999999999.000 s"),
+        (12_345_678_901, "UTC0", "12.346 s"),
+        (-(10**9), "UTC0", "-1.000 s"),
+        (10**19, "UTC0", "10000000000.000 s"),
+    ],
+)
+def test_a_time_since_the_epoch_is_shown_as_local_time(monkeypatch, nanoseconds, zone, said):
+    monkeypatch.setenv("TZ", zone)
+    time.tzset()
+    try:
+        text = shown(recognition_line(nanoseconds / 10**9, nanoseconds, {}, {}, None))
+    finally:
+        monkeypatch.undo()
+        time.tzset()
+    assert f"time        {said} " in text
 
 
 def test_what_is_not_bounded_is_shown_as_infinite(found):
