@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 
 import convexperc
 import verification
+from convexperc.cli.ending import ended_in_order
 from convexperc.cli.main import app as library
 from convexperc.cli.program import Program
 from convexperc.errors import InputError, MissingExtraError, SlowWarning, SolverError
@@ -197,6 +198,38 @@ def test_an_interruption_is_130(program, folder):
         [sys.executable, "-c", code], check=False, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True
     )
     assert (done.returncode, done.stderr) == (128 + signal.SIGINT, "interrupted\n"), done
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_what_is_being_written_is_taken_away_where_the_system_ends_a_command(number, folder, tmp_path):
+    code = (
+        "import os, sys\n"
+        f"sys.argv = ['program', 'solve', 'problem.json', '--json', {str(tmp_path / 'out.json')!r}]\n"
+        f"os.fsync = lambda descriptor: os.kill(os.getpid(), {int(number)})\n"
+        "from convexperc.__main__ import main\nmain()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], check=False, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (128 + number, "terminated\n"), done
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("forked", [False, True])
+def test_an_ignored_signal_stays_so_and_a_fork_ends_by_it(forked):
+    with ended_in_order():
+        child = os.fork()
+        if child == 0:
+            if not forked:
+                signal.signal(signal.SIGTERM, signal.SIG_IGN)
+                with ended_in_order():
+                    os.kill(os.getpid(), signal.SIGTERM)
+                    os._exit(5)
+            os.kill(os.getpid(), signal.SIGTERM)
+            os._exit(6)
+        _, status = os.waitpid(child, 0)
+    assert os.waitstatus_to_exitcode(status) == (-signal.SIGTERM if forked else 5)
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 
 
 @pytest.mark.parametrize("command", [*COMMANDS, "convexperc solve --help", "verification report --help"])

@@ -15,11 +15,11 @@ FAULT, NO_MEMORY, BROKEN_STREAM = 70, 71, 74
 """EX_SOFTWARE, EX_OSERR, EX_IOERR of sysexits.h: an unexpected exception, no memory, a failed read or write.
 Python's own code for them, 1, would say something of an answer.
 """
-INTERRUPTED, NO_READER = 130, 141
-"""As the shell has it for a process that SIGINT or SIGPIPE has ended."""
+INTERRUPTED, NO_READER, SIGNALLED = 130, 141, 128
+"""As the shell has it for a process that SIGINT or SIGPIPE has ended; others add 128 to their numbers."""
 FAILURES = (
     "70 an internal error; 71 out of memory; 74 reading or writing failed; 130 interrupted; 141 what reads"
-    " the output has ended."
+    " the output has ended; 143 terminated."
 )
 """The codes that every command may end with, for its help."""
 Arguments = ParamSpec("Arguments")

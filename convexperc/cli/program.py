@@ -16,6 +16,7 @@ import typer
 from typer.core import TyperGroup
 
 from convexperc import __version__
+from convexperc.cli.ending import Ended, ended_in_order
 from convexperc.cli.exits import (
     BROKEN_STREAM,
     CERTIFIED,
@@ -24,6 +25,7 @@ from convexperc.cli.exits import (
     MISUSE,
     NO_MEMORY,
     NO_READER,
+    SIGNALLED,
     is_misuse,
 )
 from convexperc.errors import escaped
@@ -41,9 +43,10 @@ class Program(TyperGroup):
         """
         with _surroundings():
             try:
-                code = self._run(prog_name or _called(), list(sys.argv[1:] if args is None else args))
-                if sys.stdout is not None:
-                    sys.stdout.flush()
+                with ended_in_order():
+                    code = self._run(prog_name or _called(), list(sys.argv[1:] if args is None else args))
+                    if sys.stdout is not None:
+                        sys.stdout.flush()
             except BaseException as error:
                 code = _told(error)
         _settle(sys.stdout, sys.stderr)
@@ -89,7 +92,9 @@ def _called() -> str:
 
 def _told(error: BaseException) -> int:
     """Say how a command ended, and return its exit code."""
-    if isinstance(error, KeyboardInterrupt):
+    if isinstance(error, Ended):
+        code, lines = SIGNALLED + error.number, ["terminated"]
+    elif isinstance(error, KeyboardInterrupt):
         code, lines = INTERRUPTED, ["interrupted"]
     elif isinstance(error, MemoryError):
         code, lines = NO_MEMORY, [f"error: out of memory. {error}"]
