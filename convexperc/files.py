@@ -4,13 +4,15 @@ import json
 import math
 import os
 import unicodedata
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from convexperc.errors import FileFormatError, InputError
 
+Places = Path | Sequence[Path] | None
+"""Of an option: the file or folder that it names, or those; None, or none of them, where it is not given."""
 MUST_BE_JSON = "must be a readable JSON file"
 DEEPEST = 100
 """Lists and objects in each other that `check_json` allows."""
@@ -200,7 +202,7 @@ def check_apart(
     files: Mapping[str, Path | None],
     *,
     folders: Mapping[str, Path | None] | None = None,
-    inputs: Mapping[str, Path | None] | None = None,
+    inputs: Mapping[str, Places] | None = None,
 ) -> None:
     """Check that no output of a command is an input or another output; call before any work.
 
@@ -213,15 +215,16 @@ def check_apart(
         The files that are written and the folders that are filled, by what an error calls them, for example
         their options; None is skipped.
     inputs : mapping of str to Path or None
-        The files and folders that are read.
+        The files and folders that are read; several may have one name.
 
     Raises
     ------
     InputError
         Two outputs are the same, or one is an input; a file lies directly in a folder that is read, where it
-        would be read the next time; or a filled folder contains an input or another output, or lies in one.
+        would be read the next time, or an entry of that folder leads to it; or a filled folder contains an
+        input or another output, or lies in one.
     """
-    written, filled, read = (_given(each or {}) for each in (files, folders, inputs))
+    written, filled, read = _given(files), _given(folders or {}), _given(inputs or {})
     for i, (name, path) in enumerate(written):
         _refuse(name, path, (*read, *written[:i]), _same, "must be another file than {}")
         _refuse(name, path, read, _is_read_with, "must not lie in the folder of {}, which is read")
@@ -230,8 +233,9 @@ def check_apart(
         _refuse(name, path, others, _overlap, "must neither contain {} nor lie in it")
 
 
-def _given(places: Mapping[str, Path | None]) -> list[tuple[str, Path]]:
-    return [(name, path) for name, path in places.items() if path is not None]
+def _given(places: Mapping[str, Places]) -> list[tuple[str, Path]]:
+    several = ((name, (given,) if isinstance(given, Path) else given or ()) for name, given in places.items())
+    return [(name, path) for name, paths in several for path in paths]
 
 
 def _refuse(
@@ -248,7 +252,24 @@ def _refuse(
 
 
 def _is_read_with(path: Path, place: Path) -> bool:
-    return place.is_dir() and _same(_resolved(path).parent, place)
+    """Return whether a file lies in a folder, or is what an entry of the folder leads to."""
+    if not place.is_dir():
+        return False
+    if _same(_resolved(path).parent, place):
+        return True
+    try:
+        found = path.stat()
+    except (OSError, ValueError, RuntimeError):
+        return False  # there is nothing yet that a link could lead to
+    return any(os.path.samestat(found, each) for each in _entries(place))
+
+
+def _entries(folder: Path) -> Iterator[os.stat_result]:
+    """What the entries of a folder are; those that cannot be read are refused when they are."""
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            with suppress(OSError):
+                yield entry.stat()
 
 
 def _overlap(one: Path, other: Path) -> bool:

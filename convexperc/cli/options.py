@@ -37,15 +37,20 @@ def check_outputs(
 
     `depths` says of folders among the inputs how many levels of their sub-folders are read, too.
     """
-    inner = {
-        f"{name}, {folder}": folder
-        for name, depth in (depths or {}).items()
-        for folder in _folders(inputs[name], depth)
-    }
-    check_apart(outputs, inputs={**inputs, **inner})
+    check_apart(outputs, inputs=with_folders(inputs, depths or {}))
     for file in outputs.values():
         if file is not None:
             check_place(file)
+
+
+def with_folders(inputs: dict[str, Path | None], depths: dict[str, int]) -> dict[str, Path | None]:
+    """Return the inputs and the sub-folders that are read with them; see `check_outputs`."""
+    inner = {
+        f"{name}, {folder}": folder
+        for name, depth in depths.items()
+        for folder in _folders(inputs[name], depth)
+    }
+    return {**inputs, **inner}
 
 
 def _folders(folder: Path | None, depth: int) -> Iterator[Path]:

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from convexperc import inputs, report
+from convexperc.cli.ending import held_back
 from convexperc.cli.watching import Watch
+from convexperc.errors import InputError
 
 if TYPE_CHECKING:
+    from io import FileIO
     from types import TracebackType
-    from typing import TextIO
 
     from convexperc.inputs import Hypothesis, ResultBag
     from convexperc.recognition import Recognition
@@ -35,7 +37,8 @@ class Outputs:
             self._lines.write(report.line_text(line))
         if self._bag is not None:
             bounded = [] if found is None else _bounded(line, found)
-            self._bag.write(line["nanoseconds"], _hypotheses(bounded), _details(line, bounded))
+            with held_back():
+                self._bag.write(line["nanoseconds"], _hypotheses(bounded), _details(line, bounded))
         if self._watch is not None:
             self._watch.show(line)
 
@@ -62,7 +65,7 @@ class _LineWriter:
 
     def __init__(self, file: Path | None) -> None:
         self._file = file
-        self._stream: TextIO | None = None
+        self._stream: FileIO | None = None
 
     def __enter__(self) -> "_LineWriter":
         return self
@@ -77,10 +80,27 @@ class _LineWriter:
         if self._file is None:
             typer.echo(text)
             return
-        if self._stream is None:
-            self._stream = self._file.open("w", encoding="ascii", newline="\n")
-        self._stream.write(f"{text}\n")
-        self._stream.flush()
+        try:
+            if self._stream is None:
+                self._stream = self._file.open("wb", buffering=0)
+            _append(self._stream, f"{text}\n".encode("ascii"))
+        except OSError as problem:
+            must = "must be a file that can be written"
+            remedy = "Choose another place."
+            raise InputError(
+                f"output {self._file}", value=problem.strerror, must=must, remedy=remedy
+            ) from None
+
+
+def _append(stream: "FileIO", line: bytes) -> None:
+    """Write a whole line, or none of it: what of one was written as the disk became full is taken away."""
+    begin, written = stream.tell(), 0
+    try:
+        while written < len(line):
+            written += stream.write(line[written:])
+    finally:
+        if stream.tell() < begin + len(line):
+            stream.truncate(begin)
 
 
 def _hypotheses(bounded: Sequence[_Bounds]) -> "list[Hypothesis]":

@@ -215,7 +215,10 @@ class ResultBag:
 
     def _failed(self, problem: BaseException) -> BaseException:
         """An error of the disk or of `rosbags` as ours; anything else as it is."""
-        if isinstance(problem, OSError) or type(problem).__module__.partition(".")[0] in ("rosbags", "apsw"):
+        if isinstance(problem, OSError) or type(problem).__module__.partition(".")[0] in (
+            "rosbags",
+            "sqlite3",
+        ):
             return _unwritable(self._place, str(problem), "Choose another place.")
         return problem
 

@@ -17,6 +17,8 @@ from convexperc.inputs.leading import grid, led
 from convexperc.inputs.live import Live, arrivals
 from convexperc.inputs.tracks import Counts, Track
 
+SHORTEST = 1e-6
+"""Seconds: float64 would not tell times that are nearer, about 0.24 us, since the epoch."""
 Views = Mapping[str, UInt8[np.ndarray, "_ _ 3"]]
 """Pictures by the names of the robots, each of its own size."""
 Regions = Mapping[str, Region | Mask]
@@ -164,6 +166,8 @@ class Moments(Iterator[Moment]):
             yield self._at(time)
             for track in tracks:
                 track.forget(time, self._slop)
+        for track in tracks:
+            track.over = True
         failures = [track.failure for track in tracks if track.failure is not None]
         if failures and not any(track.frames for track in tracks):
             raise failures[0]
@@ -277,7 +281,7 @@ def moments(
     slop : float
         Seconds, >= 0.
     every : float, optional
-        Seconds, > 0.
+        Seconds, at least `SHORTEST` (1 us).
     strict : bool
         Raise where otherwise a robot is left out of a moment, a source breaks off, or a frame is out of
         order.
@@ -310,8 +314,8 @@ def _check(sources: Mapping[str, Source], slop: Any, every: Any, regions: Region
         raise SourceError("sources", value="none", must="must be at least one robot's")
     if not _number(slop) or not 0 <= slop < math.inf:
         raise InputError("slop", value=slop, must="must be a finite number of seconds >= 0")
-    if every is not None and (not _number(every) or not 0 < every < math.inf):
-        raise InputError("every", value=every, must="must be a finite number of seconds > 0")
+    if every is not None and (not _number(every) or not SHORTEST <= every < math.inf):
+        raise InputError("every", value=every, must=f"must be a finite number of seconds >= {SHORTEST:g}")
     unknown = [robot for robot in regions if robot not in sources]
     if unknown:
         raise RobotNameError("regions", value=unknown[0], must=f"must be of the robots {', '.join(sources)}")

@@ -140,11 +140,13 @@ def test_frames_without_a_stamp_have_the_time_of_the_recording_and_it_is_said(tm
     path = tmp_path / "run"
     with BagMaker(path) as bag:
         for k in range(4):
-            stamp = 0 if k % 2 else START + k * 10**9
+            stamp = (0, -(10**9))[k // 2] if k % 2 else START + k * 10**9
             bag.compressed("/a", stamp, png(picture(k)), recorded=START + k * 10**9 + 5)
     source = open_source(f"{path}#/a")
     assert [frame.nanoseconds - START for frame in source] == [0, 10**9 + 5, 2 * 10**9, 3 * 10**9 + 5]
-    assert source.remarks == ("2 of 4 frames have no time stamp: their time is that of the recording",)
+    assert source.remarks == (
+        "2 of 4 frames have no time stamp above 0: their time is that of the recording",
+    )
 
 
 @pytest.mark.parametrize("form", ["mcap", "ros1"])
