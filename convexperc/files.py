@@ -282,6 +282,8 @@ def _same(one: Path, other: Path) -> bool:
     try:
         return one.samefile(other)
     except (OSError, ValueError, RuntimeError):
+        if os.path.exists(one) != os.path.exists(other):  # noqa: PTH110 - false for what cannot be asked for
+            return False
         found = _resolved(one), _resolved(other)
         if found[0] == found[1] or any(map(os.path.lexists, found)):
             return found[0] == found[1]

@@ -1,12 +1,13 @@
 """The live view of a stream: what is recognised now, by which robots, and which are missing."""
 
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Group, RenderableType
+from rich.console import Console, ConsoleOptions, Group, RenderableType
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
@@ -18,6 +19,9 @@ EPOCH = 1e9, 1e10
 """Seconds since the epoch from 2001 to 2286; other times are those of a recording without a clock."""
 WIDTH, BAR, LONGEST = 80, 24, 140
 """Columns of the view, of the longest bar, and of a reason in all; the line of JSON has the whole of it."""
+NAMES, NUMBERS = 19, 33
+"""Columns of the robots' names, for which the bars make room, and of all else beside a bar."""
+MISSING = "missing"
 
 
 def live_view(line: Mapping[str, Any], robots: Iterable[str], rate: float | None = None) -> RenderableType:
@@ -32,7 +36,7 @@ def live_view(line: Mapping[str, Any], robots: Iterable[str], rate: float | None
     rate : float, optional
         Moments a second.
     """
-    parts: list[RenderableType] = [_facts(line, rate), _robots(line, robots), *_missing(line)]
+    parts: list[RenderableType] = [_facts(line, rate), _Robots(line, tuple(robots)), *_missing(line)]
     parts += [Text(escaped(f"warning: {each}"), style="yellow") for each in line["warnings"]]
     return Panel(Group(*parts), title="convexperc recognize", width=WIDTH, padding=(0, 1))
 
@@ -126,21 +130,37 @@ def _speed(line: Mapping[str, Any], rate: float | None) -> str:
     return ", ".join(took if rate is None else [*took, f"{rate:.1f} moments a second"])
 
 
-def _robots(line: Mapping[str, Any], robots: Iterable[str]) -> Table:
-    """A row for each robot, in an order that does not change; a missing one has no weight."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    table.add_column("robot", overflow="fold")
-    for name in ("weight", "share"):
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True, min_width=BAR)
-    table.add_column("view", justify="right", no_wrap=True)
-    ranked = {each["name"]: each for each in line["ranked_views"]}
-    for name in robots:
-        if name in ranked:
-            table.add_row(escaped(name), *_weights(ranked[name]), _offset(line, name))
-        else:
-            table.add_row(escaped(name), "", "", Text("missing", style="red"), "")
-    return table
+@dataclass(frozen=True)
+class _Robots:
+    """A row for each robot, in an order that does not change; a missing one has no weight.
+
+    In a narrow terminal the bars are shorter, and then there are neither bars nor weights.
+    """
+
+    line: Mapping[str, Any]
+    robots: tuple[str, ...]
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
+        names = min(NAMES, max(map(len, self.robots), default=0))
+        yield self._table(min(BAR, options.max_width - names - NUMBERS))
+
+    def _table(self, bar: int) -> Table:
+        wide = bar >= len(MISSING)
+        table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+        table.add_column("robot", overflow="fold")
+        if wide:
+            table.add_column("weight", justify="right", no_wrap=True)
+        table.add_column("share", justify="right", no_wrap=True)
+        if wide:
+            table.add_column("", no_wrap=True, min_width=bar)
+        table.add_column("view", justify="right", no_wrap=True)
+        ranked = {each["name"]: each for each in self.line["ranked_views"]}
+        for name in self.robots:
+            shown = _weights(ranked[name], bar) if name in ranked else ("", "", Text(MISSING, style="red"))
+            when = _offset(self.line, name) if name in ranked else ""
+            narrow = shown[1] if name in ranked else shown[2]
+            table.add_row(escaped(name), *(shown if wide else (narrow,)), when)
+        return table
 
 
 def _missing(line: Mapping[str, Any]) -> list[Text]:
@@ -151,10 +171,10 @@ def _missing(line: Mapping[str, Any]) -> list[Text]:
     return [Text(escaped(f"{name}: {why}"), style="red") for name, why in reasons]
 
 
-def _weights(entry: Mapping[str, Any]) -> tuple[str, str, Text]:
+def _weights(entry: Mapping[str, Any], bar: int) -> tuple[str, str, Text]:
     weight = "inf" if entry["weight"] is None else f"{entry['weight']:.4f}"
     share = entry["share"] or 0.0
-    return weight, f"{100 * share:.1f} %", Text("\N{FULL BLOCK}" * round(BAR * share), style="blue")
+    return weight, f"{100 * share:.1f} %", Text("\N{FULL BLOCK}" * round(bar * share), style="blue")
 
 
 def _offset(line: Mapping[str, Any], name: str) -> str:
