@@ -15,6 +15,7 @@ Source: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005
 predictors at alpha / 2 each are joined by the union bound.
 """
 
+import bisect
 import functools
 import hashlib
 import json
@@ -411,10 +412,14 @@ def _told(settings: Settings) -> str:
 
 def fewest_scenes(coverage: float) -> int:
     """The least number of scenes that sets thresholds: 2 / (1 - coverage) - 1, rounded up."""
-    level, count = 1.0 - (1.0 - coverage) / 2.0, 1
-    while math.ceil((count + 1) * level) > count:
-        count += 1
-    return count
+    level, enough = 1.0 - (1.0 - coverage) / 2.0, 1
+
+    def suffices(count: int) -> bool:
+        return math.ceil((count + 1) * level) <= count
+
+    while not suffices(enough):
+        enough *= 2
+    return bisect.bisect_left(range(enough), True, lo=1, key=suffices)
 
 
 def _quantile(values: list[float], level: float) -> float:

@@ -119,6 +119,13 @@ def test_as_few_scenes_as_said_set_thresholds(coverage):
     assert Calibration.of(found[1:], coverage).share == math.inf if count > 1 else True
 
 
+@pytest.mark.parametrize("digits", [6, 9, 12, 15])
+def test_how_many_scenes_a_high_coverage_takes_is_known_at_once(digits):
+    wanted = 2 * 10**digits - 1
+    assert fewest_scenes(1.0 - 10.0**-digits) == pytest.approx(wanted, rel=10.0 ** (digits - 15))
+    assert fewest_scenes(math.nextafter(1.0, 0.0)) > 10**15
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [
