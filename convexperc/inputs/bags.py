@@ -112,6 +112,11 @@ class Reading:
 
         self.name = name
         first = path.suffix.lower() == ".bag" and not path.is_dir()
+        if path.suffix != path.suffix.lower() and not first and not path.is_dir():
+            must = (
+                f"must end in {path.suffix.lower()}, in lower case, which says how a bag of ROS 2 is stored"
+            )
+            raise SourceError(name, value=path.suffix, must=must, remedy="Rename it, or link to it.")
         # Types of pictures have been the same in every version; those in a bag may be of any others.
         store = get_typestore(Stores.ROS1_NOETIC if first else Stores.ROS2_HUMBLE)
         self.parse: Callable[[bytes, str], Any] = store.deserialize_ros1 if first else store.deserialize_cdr

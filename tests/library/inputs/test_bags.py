@@ -293,6 +293,18 @@ def test_a_compressed_bag_is_read(tmp_path, name, storage):
     assert number_of(frame.picture) == 9
 
 
+@pytest.mark.parametrize("form", ["mcap", "db3", "ros1"])
+def test_a_suffix_in_upper_case_is_read_or_refused_for_what_it_is(tmp_path, form):
+    path, _ = made(tmp_path, "ros1" if form == "ros1" else f"{form} file")
+    upper = path.rename(path.with_suffix(path.suffix.upper()))
+    text = f"{upper}#{topic_of('Bob')}"
+    if form == "ros1":
+        assert len(list(open_source(text))) == 10
+        return
+    with pytest.raises(SourceError, match=rf"must end in \.{form}, in lower case.*Rename it"):
+        open_source(text)
+
+
 def test_two_robots_may_have_the_same_topic(tmp_path):
     path, _ = made(tmp_path, "mcap")
     topic = f"{path}#{topic_of('Alpha')}"
