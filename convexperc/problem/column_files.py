@@ -121,7 +121,8 @@ def _header(stream: BinaryIO, file: str) -> tuple[dict[str, Any], int, int]:
     size = os.fstat(stream.fileno()).st_size
     length = int.from_bytes(stream.read(8), "little")
     if not 2 <= length <= min(MAX_HEADER, size - 8):
-        raise FileFormatError(file, value=f"{size} bytes, header of {length}", must=READABLE)
+        remedy = "Is it a file of `convexperc library` or of TemplateLibrary.save?"
+        raise FileFormatError(file, value=f"{size} bytes, header of {length}", must=READABLE, remedy=remedy)
     part = f"{file}: header"
     header = _object(parse_json(stream.read(length), part), (METADATA, TENSOR), part)
     return header, 8 + length, size - 8 - length

@@ -149,8 +149,9 @@ class Calibration:
             given = _settings(found, held_out_of)
             settings = given if settings is None else settings
             if given != settings:
-                must = f"must be recognised with {_told(settings)}, as the first one"
-                raise CalibrationError("a scene", value=_told(given), must=must)
+                here, there = _differences(given, settings)
+                must = f"must be recognised with {there}, as the first one"
+                raise CalibrationError("a scene", value=here, must=must)
             views.append(len(found.views))
             every = scores(found)
             if truth not in every:
@@ -178,9 +179,10 @@ class Calibration:
         """
         own, given = (self.lambdas, self.decision, self.library), _settings(found, None)
         if given != own:
-            must = f"must be made with {_told(own)}, those of the calibration"
+            here, there = _differences(given, own)
+            must = f"must be made with {there}, as the calibration was"
             remedy = "Calibrate again for these."
-            raise CalibrationError("the recognition", value=_told(given), must=must, remedy=remedy)
+            raise CalibrationError("the recognition", value=here, must=must, remedy=remedy)
         every = scores(found)
         near = [name for name, each in every.items() if each.excess[0] <= self.excess]
         accepted = tuple(name for name in near if every[name].share[0] <= self.share)
@@ -404,10 +406,17 @@ def _settings(found: Recognition, library: TemplateLibrary | None) -> Settings:
     return found.answers.lambdas, found.decision, digest
 
 
-def _told(settings: Settings) -> str:
+def _differences(given: Settings, own: Settings) -> tuple[str, str]:
+    """What of two settings differs, as the one and as the other has it."""
+    told = zip(_told(given), _told(own), strict=True)
+    here, there = zip(*((mine, other) for mine, other in told if mine != other), strict=True)
+    return ", ".join(here), ", ".join(there)
+
+
+def _told(settings: Settings) -> tuple[str, ...]:
     lambdas, decision, library = settings
-    said = ", ".join(f"lambda{i} = {value:g}" for i, value in enumerate(lambdas, 1))
-    return f"{said}, decided by {decision.value}, library {library[:12]}"
+    said = (f"lambda{i} = {value!r}" for i, value in enumerate(lambdas, 1))
+    return (*said, f"decided by {decision.value}", f"library {library}")
 
 
 def fewest_scenes(coverage: float) -> int:

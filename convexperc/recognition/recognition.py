@@ -129,7 +129,8 @@ class Ranked:
     weight : float
         w_i of a robot, ||u^i||_2 of a modality; infinite beyond the range of float64.
     share : float
-        |weight| divided by the sum over all, whatever their size; 0 where all are 0.
+        |weight| divided by the sum over all, whatever their size; what is proved to be 0 counts as 0, so that
+        what is left of it by rounding has no share. 0 where all are 0.
     proved_zero : bool
         No optimum uses it, by proof.
     """
@@ -140,7 +141,7 @@ class Ranked:
     proved_zero: bool
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recognition:
     """The outcome for one set of views.
 
@@ -174,6 +175,11 @@ class Recognition:
     views: tuple[str, ...]
     warnings: tuple[str, ...]
     decision: Decision = Decision.OBJECTIVE
+
+    def __repr__(self) -> str:
+        """What it says, without the arrays behind it."""
+        said = f"{self.statement}, candidates {list(self.candidates)}, views {list(self.views)}"
+        return f"<Recognition of {len(self.objects)} objects: {said}>"
 
     @property
     def statement(self) -> str:
@@ -319,6 +325,7 @@ def _ranked(
     sizes: NDArray[np.float64],
     zeros: NDArray[np.bool_],
 ) -> tuple[Ranked, ...]:
+    sizes = np.where(zeros, 0.0, sizes)
     order, shares = np.argsort(-sizes, kind="stable"), _shares(sizes)
     return tuple(Ranked(names[i], float(weights[i]), float(shares[i]), bool(zeros[i])) for i in order)
 

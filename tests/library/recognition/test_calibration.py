@@ -99,7 +99,7 @@ def test_another_library_or_number_of_views_is_no_silent_matter():
         TemplateLibrary(OBJECTS[:, :5], names=list("abcde"), objects=list("aacde"), modalities=SIZES),
     ):
         found = recognize(X, other, prune=False, **LAMBDAS)
-        with pytest.raises(CalibrationError, match="those of the calibration"):
+        with pytest.raises(CalibrationError, match="as the calibration was"):
             made.judge(found)
         with pytest.raises(CalibrationError, match="as the first one"):
             Calibration.of([*labelled(1, 2), (found, "a")])
@@ -159,9 +159,9 @@ def test_what_does_not_fit_is_refused():
     other = recognize(X, LIBRARY, lambda1=1.0, lambda2=0.1, lambda3=0.1)
     with pytest.raises(CalibrationError, match="as the first one"):
         Calibration.of([*given, (other, "a")])
-    with pytest.raises(CalibrationError, match="those of the calibration"):
+    with pytest.raises(CalibrationError, match="as the calibration was"):
         made.judge(other)
-    with pytest.raises(CalibrationError, match="those of the calibration"):
+    with pytest.raises(CalibrationError, match="as the calibration was"):
         made.judge(recognize(X, LIBRARY, decision="explained fraction", **LAMBDAS))
 
 
