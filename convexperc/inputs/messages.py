@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.errors import ImageError
+from convexperc.errors import ImageError, check_type, is_integer
 from convexperc.features.decoding.decode import decode
 from convexperc.features.decoding.sizes import check_size
 from convexperc.features.pictures import Picture, as_rgb
@@ -104,11 +104,12 @@ def image_picture(message: Any, name: str) -> Picture:
         Another encoding; a size out of range; an odd width where two pixels share U and V; rows that are
         shorter than their pixels, or missing.
     """
-    encoding = _ENCODINGS.get(message.encoding)
+    stated, height, width = (_part(message, part, name) for part in ("encoding", "height", "width"))
+    encoding = _ENCODINGS.get(stated) if isinstance(stated, str) else None
     if encoding is None:
         must = f"must be one of {', '.join(ENCODINGS)}"
-        raise ImageError(f"{name}: encoding", value=message.encoding, must=must, remedy="Convert it to rgb8.")
-    check_size(message.height, message.width, name)
+        raise ImageError(f"{name}: encoding", value=stated, must=must, remedy="Convert it to rgb8.")
+    check_size(_integer(height, f"{name}: height"), _integer(width, f"{name}: width"), name)
     if message.width % encoding.multiple:
         must = f"must be a multiple of {encoding.multiple} with the encoding {message.encoding}"
         raise ImageError(f"{name}: width", value=message.width, must=must)
@@ -117,12 +118,13 @@ def image_picture(message: Any, name: str) -> Picture:
 
 def _pixels(message: Any, encoding: _Encoding, name: str) -> NDArray[Any]:
     """The pixels (height, width, channels) in the machine's byte order, without the padding of the rows."""
-    row = message.width * encoding.channels * _BYTES[encoding.depth]
-    step, height = message.step, message.height
+    width, height = int(message.width), int(message.height)
+    row = width * encoding.channels * _BYTES[encoding.depth]
+    step = _integer(_part(message, "step", name), f"{name}: step")
     if step < row:
         must = f"must be at least {row} bytes, {message.width} pixels of {message.encoding}"
         raise ImageError(f"{name}: step", value=step, must=must)
-    data, needed = _bytes(message.data), step * (height - 1) + row
+    data, needed = _bytes(_part(message, "data", name), f"{name}: data"), step * (height - 1) + row
     if len(data) < needed:
         must = f"must hold {height} rows of {step} bytes, of which the last may end after {row}"
         raise ImageError(f"{name}: data", value=f"{len(data)} bytes", must=must, remedy="It is truncated.")
@@ -130,15 +132,36 @@ def _pixels(message: Any, encoding: _Encoding, name: str) -> NDArray[Any]:
         data[:needed], (height, row), (step * data.strides[0], data.strides[0])
     )
     if encoding.depth == 8:
-        return rows.reshape(height, message.width, encoding.channels)
-    order = ">" if message.is_bigendian else "<"
+        return rows.reshape(height, width, encoding.channels)
+    order = ">" if _integer(_part(message, "is_bigendian", name), f"{name}: is_bigendian") else "<"
     deep = np.ascontiguousarray(rows).view(f"{order}u2").astype(np.uint16)
-    return deep.reshape(height, message.width, encoding.channels)
+    return deep.reshape(height, width, encoding.channels)
 
 
-def _bytes(data: Any) -> NDArray[np.uint8]:
-    """The data of a message: bytes in ROS 1, an array in ROS 2 and in bags."""
-    return np.frombuffer(data, np.uint8) if isinstance(data, bytes) else np.asarray(data, dtype=np.uint8)
+def _part(message: Any, part: str, name: str) -> Any:
+    """A field of a message."""
+    if not hasattr(message, part):
+        must = f"must be a message with the field {part}, as sensor_msgs has it"
+        raise ImageError(name, value=type(message).__name__, must=must)
+    return getattr(message, part)
+
+
+def _integer(value: Any, what: str) -> int:
+    if not isinstance(value, bool | np.bool_) and not is_integer(value):
+        raise ImageError(what, value=value, must="must be an integer")
+    return int(value)
+
+
+def _bytes(data: Any, what: str) -> NDArray[np.uint8]:
+    """What ROS calls uint8[]: bytes in ROS 1, an array of them in ROS 2."""
+    try:
+        found = np.frombuffer(data, np.uint8) if isinstance(data, (bytes, bytearray)) else np.asarray(data)
+    except ValueError:  # ragged
+        found = np.empty(0)
+    if found.dtype != np.uint8 or found.ndim != 1:
+        value = type(data).__name__ if found.ndim == 0 else f"{found.dtype.name} {found.shape}"
+        raise ImageError(what, value=value, must="must be bytes, or an array of uint8 with one dimension")
+    return found
 
 
 def compressed_picture(message: Any, name: str) -> Picture:
@@ -153,11 +176,12 @@ def compressed_picture(message: Any, name: str) -> Picture:
     ImageError
         A compressed depth, by its format; a damaged, truncated or empty picture.
     """
-    stated = message.format
+    stated = _part(message, "format", name)
+    check_type(stated, str, f"{name}: format", ImageError)
     if "compresseddepth" in stated.lower() or stated.startswith(("32FC1", "64FC1")):
         must, remedy = "must be a picture: a depth has no colors", "Choose the topic of the color camera."
         raise ImageError(f"{name}: format", value=stated, must=must, remedy=remedy)
-    data = bytes(message.data)
+    data = _bytes(_part(message, "data", name), f"{name}: data").tobytes()
     if not data:
         raise ImageError(name, value="0 bytes", must="must be a picture")
     pixels = decode(data, name, alpha=False)

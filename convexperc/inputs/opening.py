@@ -1,17 +1,16 @@
 """From what a user writes to a source."""
 
 import glob
-import math
 import os
 import re
 import stat
 from collections.abc import Mapping
 from pathlib import Path
 
-from convexperc.errors import InputError, SourceError
+from convexperc.errors import InputError, SourceError, check_type
 from convexperc.features.folders import SUFFIXES
 from convexperc.inputs.bags import Bag, Topic, is_bag
-from convexperc.inputs.frames import Source
+from convexperc.inputs.frames import Source, real
 from convexperc.inputs.grammar import GRAMMAR, SCHEMES, VIDEOS
 from convexperc.inputs.live import open_live
 from convexperc.inputs.stored import PictureSequence, Still, Video, open_folder
@@ -58,9 +57,13 @@ def open_sources(texts: Mapping[str, str], *, rate: float = 30.0, timeout: float
         See `open_source`. The sources that have been opened are closed.
     """
     for name, value, least in (("rate", rate, LOWEST_RATE), ("timeout", timeout, 0.0)):
-        if not least <= value < math.inf or not value:
-            must = f"must be a finite number >= {least:g}" if least else "must be a finite number > 0"
+        must = f"must be a finite number >= {least:g}" if least else "must be a finite number > 0"
+        if not least <= real(value, name, must) or not value:
             raise InputError(name, value=value, must=must)
+    check_type(texts, Mapping, "sources", SourceError)
+    for text in texts.values():
+        check_type(text, str, "source", SourceError)
+    rate, timeout = float(rate), float(timeout)
     sources, bags = dict[str, Source](), dict[Path, Bag]()
     try:
         for robot, text in texts.items():

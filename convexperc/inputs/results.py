@@ -11,8 +11,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from convexperc.errors import InputError, require
-from convexperc.files import check_place
+from convexperc.errors import InputError, check_type, entries, is_integer, require
+from convexperc.files import check_json, check_place, given_path
+from convexperc.inputs.frames import real
 
 CLASSIFICATION, HYPOTHESIS, TEXT = (
     "vision_msgs/msg/Classification",
@@ -51,7 +52,11 @@ class Hypothesis:
 
     def __post_init__(self) -> None:
         numbers = self.lower, self.upper, self.unexplained
-        if not all(map(math.isfinite, numbers)) or self.lower > self.upper or self.unexplained < 0:
+        check_type(self.object, str, "the object of a hypothesis")
+        must = "must be a finite number, with finite lower <= upper, and unexplained >= 0"
+        for name in ("lower", "upper", "unexplained"):
+            real(getattr(self, name), f"hypothesis {self.object!r}: {name}", must)
+        if self.lower > self.upper or self.unexplained < 0:
             must = "must have finite lower <= upper, and unexplained >= 0"
             raise InputError(f"hypothesis {self.object!r}", value=numbers, must=must)
 
@@ -100,7 +105,9 @@ class ResultBag:
         frame_id: str = "",
     ) -> None:
         require("rosbags", "ros", "a bag of results")
-        place = Path(path)
+        place = given_path(path, "output", InputError)
+        for what, text in (("topic", topic), ("details", details), ("frame_id", frame_id)):
+            check_type(text, str, what)
         self._single = place.suffix.lower() in _STORAGES
         if not self._single and os.path.lexists(place):
             raise _unwritable(place, "it exists", "Choose a new name.")
@@ -152,9 +159,14 @@ class ResultBag:
         InputError
             A time that a header does not hold, or an object twice; writing fails.
         """
-        if not 0 <= nanoseconds < _LAST:
+        if not is_integer(nanoseconds) or not 0 <= nanoseconds < _LAST:
             must = f"must be an integer of at least 0 and less than {_LAST}"
             raise InputError("nanoseconds", value=nanoseconds, must=must)
+        hypotheses = list(entries(hypotheses, "hypotheses"))
+        for each in hypotheses:
+            check_type(each, Hypothesis, "an entry of hypotheses")
+        check_type(details, (Mapping, type(None)), "details")
+        check_json(dict(details or {}), "details")
         names = [each.object for each in hypotheses]
         if len(set(names)) < len(names):
             raise InputError("hypotheses", value=names, must="must name each object once")

@@ -19,6 +19,7 @@ from jaxtyping import Float
 
 from convexperc.caching import cached_property
 from convexperc.certificate.data_bounds import Intervals
+from convexperc.errors import check_type
 from convexperc.recognition.label import recognize_each
 from convexperc.recognition.recognition import Recognition, margin_of
 
@@ -41,6 +42,7 @@ class EachView:
     @classmethod
     def of(cls, found: Recognition) -> "EachView":
         """Solve for every view of a recognition alone, with its library, lambdas and decision."""
+        check_type(found, Recognition, "found")
         return cls(found.views, recognize_each(found))
 
     @property

@@ -13,7 +13,7 @@ from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.lambda_max import zero_is_optimal
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.budget import SECONDS, Budget
-from convexperc.errors import RobotNameError, StartError
+from convexperc.errors import InputError, ProblemError, RobotNameError, StartError, check_type, entries
 from convexperc.problem.arrays import euclidean_length, lowest
 from convexperc.problem.columns import checked_names
 from convexperc.problem.penalties import Penalties
@@ -83,6 +83,8 @@ class _Settings:
                 known = ", ".join(Options.__annotations__)
                 unknown = f"{function}() got an unexpected keyword argument {name!r}"
                 raise TypeError(f"{unknown}; its options are {known}")
+        for name in ("prune", "escalate"):
+            check_type(options.get(name, True), bool, name)
         return cls(
             Decision.of(options.get("decision", Decision.OBJECTIVE)),
             options.get("prune", True),
@@ -146,6 +148,8 @@ def recognize(
         See `Problem`; also no reference at all.
     TemplateNameError, RobotNameError, DecisionError, ToleranceError, BudgetError, StartError
         An argument of that name does not fit.
+    InputError
+        `prune` or `escalate` is neither True nor False.
     SolverError
         The named solver gave no point for a template.
 
@@ -214,7 +218,7 @@ def recognize_path(
     with np.errstate(all="ignore"):
         bounds = _bounds(X, references, modalities, names)
     robots = _robots(views, bounds.data.n)
-    for triple in grid:
+    for triple in entries(grid, "grid", ProblemError):
         with np.errstate(all="ignore"):
             found = _recognised(bounds, Penalties.of(triple), robots, settings, None)
         yield found
@@ -269,6 +273,7 @@ def decided_by(found: Recognition, decision: Decision | str, *, seconds: float =
     -------
     Recognition
     """
+    check_type(found, Recognition, "found")
     budget = Budget(seconds)
     with np.errstate(all="ignore"):
         own = decide(found.answers, found.names, found.views, found.decision).warnings
@@ -318,7 +323,16 @@ def decide(
     Returns
     -------
     Recognition
+
+    Raises
+    ------
+    InputError
+        `answers` are no `Answers`, or `names` or `views` no tuples of as many names.
+    DecisionError
+        There is no such decision.
     """
+    _check_names(answers, names, views)
+    decision = Decision.of(decision)
     lower, upper = cost_bounds(answers, decision)
     rivals = (lower <= lowest(upper)).nonzero()[0]
     if rivals.size > 1:
@@ -356,6 +370,13 @@ def decide(
         candidates = tied
         return verdict(Verdict.TIE, f"the templates {templates} are the same but for the order of the data")
     return verdict(Verdict.UNDECIDED, f"the intervals of {', '.join(candidates)} overlap")
+
+
+def _check_names(answers: Answers, names: Any, views: Any) -> None:
+    check_type(answers, Answers, "answers")
+    for what, given, count in (("names", names, answers.lower.size), ("views", views, answers.data.n)):
+        if not isinstance(given, tuple) or len(given) != count:
+            raise InputError(what, value=given, must=f"must be a tuple of {count} names")
 
 
 def _all_zero(answers: Answers) -> bool:

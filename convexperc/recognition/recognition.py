@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from convexperc.caching import cached_property
 from convexperc.certificate.data_bounds import Intervals
 from convexperc.certificate.rounding import Ball, squared_norm
-from convexperc.errors import TemplateNameError
+from convexperc.errors import TemplateNameError, check_type
 from convexperc.problem.arrays import FeatureVector, Vector, euclidean_length, lowest
 from convexperc.problem.scaling import Scaling
 from convexperc.recognition.decision import Decision, costs
@@ -235,6 +235,7 @@ class Recognition:
 
     def template(self, name: str | None = None) -> Template:
         """One template by its name, or the best one of an object; without a name, of the first candidate."""
+        check_type(name, (str, type(None)), "template", TemplateNameError)
         wanted, library = self.candidates[0] if name is None else name, self.answers.data.library
         if wanted in library.objects:
             shown = library.shown[self.names.index(wanted)] if name in self.names else wanted

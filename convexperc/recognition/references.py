@@ -10,7 +10,15 @@ from typing import Unpack
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from convexperc.errors import FileFormatError, ImageError, InputError, PictureWarning, TemplateNameError
+from convexperc.errors import (
+    FeatureError,
+    FileFormatError,
+    ImageError,
+    InputError,
+    PictureWarning,
+    TemplateNameError,
+    check_type,
+)
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.extraction import describe
 from convexperc.features.folders import Folder
@@ -48,6 +56,10 @@ class References:
     configuration: FeatureConfiguration
     recent: RecentFeatures = field(default_factory=RecentFeatures, repr=False)
 
+    def __post_init__(self) -> None:
+        check_type(self.library, TemplateLibrary, "library")
+        check_type(self.configuration, FeatureConfiguration, "configuration", FeatureError)
+
     @classmethod
     def of(
         cls,
@@ -79,6 +91,7 @@ class References:
         ImageError
             A picture cannot be used; the reference is named.
         """
+        check_type(pictures, Mapping, "references")
         if len(pictures) < 2:
             must = "must show at least two objects"
             remedy = "With one there is nothing to tell it from: it would be recognised in any view."
@@ -225,6 +238,8 @@ def left_out(
     ImageError
         A folder cannot be read.
     """
+    check_type(references, bool, "references")
+    check_type(scenes, bool, "scenes")
     found = Folder.of(folder)
     said = [f"{name} ({reason})" for name, reason in found.others]
     if scenes:

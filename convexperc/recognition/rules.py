@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
+from convexperc.errors import check_type
 from convexperc.problem.arrays import binary_exponent
 from convexperc.problem.reduced import ReducedData
 
@@ -53,6 +54,7 @@ class Rules:
     @classmethod
     def of(cls, data: ReducedData, robots: Sequence[str], lowest: str) -> "Rules":
         """Apply all of them; numbers are to rounding. See `Recognition.rules`."""
+        check_type(data, ReducedData, "data")
         objects = data.library.objects
         views, mean, exponent = _distances(data)
         distances, to_mean = _by_object(data, views), _by_object(data, mean[None])[0]

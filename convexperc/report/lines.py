@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
 
+from convexperc.errors import check_type
+from convexperc.files import check_json
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.recognition import Ranked, Recognition
 from convexperc.report.records import judgement_record, rules_record
@@ -41,6 +43,12 @@ def recognition_line(
     judgement : Judgement, optional
         Of `found`, by a calibration.
     """
+    check_type(found, (Recognition, type(None)), "found")
+    check_type(judgement, (Judgement, type(None)), "judgement")
+    for what, value in (("times", times), ("missing", missing)):
+        check_type(value, Mapping, what)
+    for each in (time, *times.values()):
+        check_type(each, (int, float), "a time")
     record: dict[str, Any] = {
         "schema": SCHEMA,
         "time": _finite(time),
@@ -69,7 +77,15 @@ def recognition_line(
 
 
 def line_text(record: Mapping[str, Any]) -> str:
-    """Return one line of ASCII, without its end."""
+    """Return one line of ASCII, without its end.
+
+    Raises
+    ------
+    InputError
+        It is no mapping of str to JSON values, or a number in it is not finite.
+    """
+    check_type(record, dict, "record")
+    check_json(record, "record")
     return json.dumps(record, allow_nan=False, separators=(", ", ": "))
 
 

@@ -12,7 +12,8 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from convexperc.errors import escaped
+from convexperc.errors import InputError, check_type, entries, escaped
+from convexperc.report.lines import SCHEMA
 from convexperc.report.tables import above, accepted, below, margin_words, percents
 
 EPOCH = 1e9, 1e10
@@ -36,7 +37,14 @@ def live_view(line: Mapping[str, Any], robots: Iterable[str], rate: float | None
     rate : float, optional
         Moments a second.
     """
-    parts: list[RenderableType] = [_facts(line, rate), _Robots(line, tuple(robots)), *_missing(line)]
+    check_type(line, Mapping, "line")
+    if line.get("schema") != SCHEMA:
+        raise InputError("line", value=dict(line), must="must be what recognition_line returns")
+    check_type(rate, (int, float, type(None)), "rate")
+    robots = tuple(entries(robots, "robots"))
+    for robot in robots:
+        check_type(robot, str, "a robot's name")
+    parts: list[RenderableType] = [_facts(line, rate), _Robots(line, robots), *_missing(line)]
     parts += [Text(escaped(f"warning: {each}"), style="yellow") for each in line["warnings"]]
     return Panel(Group(*parts), title="convexperc recognize", width=WIDTH, padding=(0, 1))
 

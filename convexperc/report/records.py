@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from convexperc.certificate.certificate import Certificate
+from convexperc.errors import check_type
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.problem.files import LAMBDAS, hex_floats, partition_record
 from convexperc.problem.optimality import OptimalityResidual
@@ -27,6 +28,8 @@ def certificate_record(
     digits as identify the float64, 17 at most. An infinite number is the string ``"inf"``, because JSON has
     none. `terms` are on normalised data, where ||o|| is about 1.
     """
+    check_type(certificate, Certificate, "certificate")
+    check_type(residual, (OptimalityResidual, type(None)), "residual")
     lower, upper = certificate.objective
     names = ("relative_gap", "share_of_target", "relative_tolerance", "absolute_tolerance")
     record = {
@@ -54,6 +57,7 @@ def solution_record(solution: Solution) -> dict[str, Any]:
 
     X and o are left out; `problem_record` gives them. Numbers are written as in `certificate_record`.
     """
+    check_type(solution, Solution, "solution")
     problem = solution.problem
     partition = problem.modalities
     seconds = _named({**asdict(solution.timings), "total": solution.timings.total})
@@ -89,6 +93,10 @@ def recognition_record(
     The lowest ``cost`` decides. The solution is that of the best template; `Template.solution` makes others.
     `configuration` is that of the features, if they were extracted from pictures.
     """
+    check_type(recognition, Recognition, "recognition")
+    check_type(configuration, (FeatureConfiguration, type(None)), "configuration")
+    check_type(judgement, (Judgement, type(None)), "judgement")
+    check_type(each_view, (EachView, type(None)), "each_view")
     best = recognition.template()
     return {
         "schema": "convexperc/recognition/5",
