@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
 
-from convexperc.errors import check_type
+from convexperc.errors import InputError, check_type
 from convexperc.files import check_json
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.recognition import Ranked, Recognition
@@ -49,6 +49,8 @@ def recognition_line(
         check_type(value, Mapping, what)
     for each in (time, *times.values()):
         check_type(each, (int, float), "a time")
+        if isinstance(each, int) and each.bit_length() > 1000:
+            raise InputError("a time", value=each, must="must be a number of seconds that float64 holds")
     record: dict[str, Any] = {
         "schema": SCHEMA,
         "time": _finite(time),

@@ -277,6 +277,8 @@ DOORS = {
     "Answers.problem": ANSWERS.problem,
     "Problem.of": lambda x: Problem.of(x, O[:, 0], PROBLEM.penalties),
     "Problem.of penalties": lambda x: Problem.of(PROBLEM.views, O[:, 0], x),
+    "Modalities.permuted": PROBLEM.modalities.permuted,
+    "recognition_line time": lambda x: recognition_line(x, 0, {}, {}, None),
     "lambda2_max": lambda2_max,
     "optimality_residual": lambda x: optimality_residual(x, SOLUTION.w, SOLUTION.u),
     "objective": lambda x: objective(x, SOLUTION.w, SOLUTION.u),
@@ -290,7 +292,7 @@ DOORS = {
 RIGHT = {
     ("recognize_path grid", "no entry"), ("solve_path grid", "no entry"), ("Hypothesis object", "a NUL"),
     ("Frame time", "a number"), ("Region", "a huge integer"), ("Region width", "a huge integer"),
-    ("live_view a robot", "a NUL"),
+    ("live_view a robot", "a NUL"), ("recognition_line time", "a number"), ("recognition_line time", "NaN"),
 }  # fmt: skip
 """Values that are odd in other places, and what they are right for."""
 
