@@ -54,16 +54,17 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
     Raises
     ------
     ImageError
-        Missing, a directory, empty, of another format, truncated (a JPEG without its end marker, a PNG
-        without IEND), damaged (a wrong checksum in a PNG or in a TIFF with Deflate), with a side under
-        `MIN_SIDE` or more than `MAX_PIXELS` pixels (by its header, before any pixel is decoded), transparent
-        everywhere, a form that decoders take differently, or pixels that are signed, floating-point or of
-        more than 16 bits. JPEG, BMP, WebP and other TIFFs have no checksum: damaged bytes inside a complete
-        file cannot be detected.
+        Missing, a directory, empty, of another format, truncated (a JPEG without its end marker or some of
+        its scans, a PNG without IEND), damaged (a wrong checksum in a PNG or in a TIFF with Deflate; a JPEG
+        of whose code libjpeg warns), with a side under `MIN_SIDE` or more than `MAX_PIXELS` pixels (by its
+        header, before any pixel is decoded), transparent everywhere, a form that decoders take differently,
+        or pixels that are signed, floating-point or of more than 16 bits. JPEG, BMP, WebP and other TIFFs
+        have no checksum: damage that leaves valid code inside a complete file cannot be detected.
 
     Notes
     -----
-    PNG: every form of the specification. JPEG: 8 bits; gray, color, CMYK with Adobe's marker. BMP: 1, 4, 8
+    PNG: every form of the specification. JPEG: 8 bits; gray, color, CMYK with Adobe's marker;
+    Huffman's codes. BMP: 1, 4, 8
     (also in runs that fill the picture), 16, 24 and 32 bits, with the usual masks. TIFF: gray, RGB, palette
     and YCbCr, unassociated alpha, strips and tiles, uncompressed or by LZW, Deflate, PackBits, JPEG or
     Zstandard; not facsimile codes, whose damage would not be seen, CMYK or CIELab. WebP: all.

@@ -12,7 +12,8 @@ from PIL import TiffImagePlugin
 from PIL.TiffImagePlugin import TiffImageFile
 
 from convexperc.features.decoding.inflating import inflated
-from convexperc.features.decoding.sizes import MAX_BYTES
+from convexperc.features.decoding.jpeg import JpegFile
+from convexperc.features.decoding.sizes import MAX_BYTES, MAX_PIXELS
 
 # Photometric interpretation.
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _YCBCR = 0, 1, 2, 3, 6
@@ -31,6 +32,15 @@ _BYTE_MAX, _BYTE_BITS = 255, 8
 _PACKED_BITS = 12  # the only depth between 8 and 16 bits that Pillow opens
 
 _YCBCR_SUBSAMPLING, _MAX_VALUE, _S_MAX_VALUE = 530, 281, 341
+
+
+class _Piece(NamedTuple):
+    """A strip or tile, its size in pixels, and its bytes without compression."""
+
+    data: memoryview
+    height: int
+    width: int
+    needed: int
 
 
 class Layout(NamedTuple):
@@ -103,11 +113,11 @@ def check(image: TiffImageFile, layout: Layout, data: bytes) -> None:
     if planes and tags.get(tag.FILLORDER, 1) == _REVERSED:
         raise ValueError("a TIFF with its colors apart and its bits reversed")
     left = MAX_BYTES
-    for piece, needed in _pieces(image, layout, data):
+    for piece in _pieces(image, layout, data):
         if layout.compression in (_DEFLATE, _ADOBE_DEFLATE):
-            left -= _whole_size(piece, needed, left)
+            left -= _whole_size(piece.data, piece.needed, left)
         elif layout.compression == _JPEG:
-            _check_jpeg(piece)
+            _check_jpeg(piece, tags.get(tag.JPEGTABLES, b""), 1 if layout.apart else layout.samples)
 
 
 def _check_colors(layout: Layout) -> None:
@@ -121,8 +131,8 @@ def _check_colors(layout: Layout) -> None:
         raise ValueError(f"a TIFF of {layout.samples} samples a pixel, {said}")
 
 
-def _pieces(image: TiffImageFile, layout: Layout, data: bytes) -> Iterator[tuple[memoryview, int]]:
-    """Yield each strip or tile, and its bytes without compression; those of all must be in the file."""
+def _pieces(image: TiffImageFile, layout: Layout, data: bytes) -> Iterator[_Piece]:
+    """Yield each strip or tile; all must be in the file."""
     tags, tag = image.tag_v2, TiffImagePlugin
     width, height = tags[tag.IMAGEWIDTH], tags[tag.IMAGELENGTH]
     if tag.TILEOFFSETS in tags:
@@ -143,7 +153,7 @@ def _pieces(image: TiffImageFile, layout: Layout, data: bytes) -> Iterator[tuple
         needed = _raw_bytes(image, layout, across, rows)
         if (raw and count < needed) or offset + count > len(data):
             raise ValueError("a TIFF whose strips do not fill the picture")
-        yield memoryview(data)[offset : offset + count], needed
+        yield _Piece(memoryview(data)[offset : offset + count], rows, across, needed)
 
 
 def _raw_bytes(image: TiffImageFile, layout: Layout, width: int, rows: int) -> int:
@@ -163,10 +173,13 @@ def _whole_size(piece: memoryview, needed: int, most: int) -> int:
     return size
 
 
-def _check_jpeg(piece: memoryview) -> None:
-    """Require the end marker, without which the decoder would fill in what is missing."""
-    if bytes(piece[:2]) != b"\xff\xd8" or b"\xff\xd9" not in bytes(piece[-4:]):
-        raise ValueError("a TIFF with a JPEG that does not end where it should")
+def _check_jpeg(piece: _Piece, tables: bytes, components: int) -> None:
+    """Decode a strip by itself: the TIFF decoder hides libjpeg's warnings, and fills in what is missing."""
+    file = JpegFile.of(tables.removesuffix(b"\xff\xd9") + bytes(piece.data[2 if tables else 0 :]))
+    same = file.width == piece.width and len(file.factors) == components
+    if not same or not piece.height <= file.height <= MAX_PIXELS // file.width:
+        raise ValueError("a TIFF with a JPEG of another size than its strip")
+    file.decoded()
 
 
 def named_colors(image: TiffImageFile, layout: Layout) -> NDArray[np.uint8] | None:
