@@ -21,7 +21,7 @@ from PIL.TiffImagePlugin import TiffImageFile
 from PIL.WebPImagePlugin import WebPImageFile
 
 from convexperc.errors import ImageError, PictureWarning
-from convexperc.features.decoding import bmp, jpeg, png, tiff
+from convexperc.features.decoding import bmp, directory, jpeg, png, tiff
 from convexperc.features.decoding.jpeg import JpegFile
 from convexperc.features.decoding.png import PngFile
 from convexperc.features.decoding.sizes import SIZES, check_size
@@ -123,6 +123,7 @@ def _tiff(data: bytes, name: str) -> NDArray[Any]:
     with _opened(TiffImageFile, data, name) as image:
         assert isinstance(image, TiffImageFile)
         image.info.pop("xmp", None)  # Pillow would take an orientation from it
+        directory.check(data)
         layout = tiff.Layout.of(image)
         tiff.check(image, layout, data)
         bits, palette = tiff.stated_bits(image, layout), tiff.named_colors(image, layout)

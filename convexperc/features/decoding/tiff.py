@@ -31,16 +31,19 @@ _UNASSOCIATED, _UNSIGNED, _REVERSED = 2, 1, 2  # extra sample; sample format; fi
 _BYTE_MAX, _BYTE_BITS = 255, 8
 _PACKED_BITS = 12  # the only depth between 8 and 16 bits that Pillow opens
 
+_SPARE_BYTES = 16
+"""What programs may add to a strip to align it; more speaks for another width or depth than is stated."""
 _YCBCR_SUBSAMPLING, _MAX_VALUE, _S_MAX_VALUE = 530, 281, 341
 
 
 class _Piece(NamedTuple):
-    """A strip or tile, its size in pixels, and its bytes without compression."""
+    """A strip or tile, its size in pixels, and its least and largest bytes without compression."""
 
     data: memoryview
     height: int
     width: int
     needed: int
+    most: int
 
 
 class Layout(NamedTuple):
@@ -115,7 +118,7 @@ def check(image: TiffImageFile, layout: Layout, data: bytes) -> None:
     left = MAX_BYTES
     for piece in _pieces(image, layout, data):
         if layout.compression in (_DEFLATE, _ADOBE_DEFLATE):
-            left -= _whole_size(piece.data, piece.needed, left)
+            left -= _whole_size(piece, left)
         elif layout.compression == _JPEG:
             _check_jpeg(piece, tags.get(tag.JPEGTABLES, b""), 1 if layout.apart else layout.samples)
 
@@ -149,11 +152,12 @@ def _pieces(image: TiffImageFile, layout: Layout, data: bytes) -> Iterator[_Piec
         if counts or not raw or len(offsets) != len(heights):
             raise ValueError("a TIFF whose strips do not fill the picture")
         counts = [_raw_bytes(image, layout, across, rows) for rows in heights]
+    most = _raw_bytes(image, layout, across, down) + _SPARE_BYTES
     for offset, count, rows in zip(offsets, counts, heights, strict=True):
         needed = _raw_bytes(image, layout, across, rows)
-        if (raw and count < needed) or offset + count > len(data):
+        if (raw and not needed <= count <= most) or offset + count > len(data):
             raise ValueError("a TIFF whose strips do not fill the picture")
-        yield _Piece(memoryview(data)[offset : offset + count], rows, across, needed)
+        yield _Piece(memoryview(data)[offset : offset + count], rows, across, needed, most)
 
 
 def _raw_bytes(image: TiffImageFile, layout: Layout, width: int, rows: int) -> int:
@@ -165,10 +169,10 @@ def _raw_bytes(image: TiffImageFile, layout: Layout, width: int, rows: int) -> i
     return int(-(-width * samples * layout.bits // 8) * rows)
 
 
-def _whole_size(piece: memoryview, needed: int, most: int) -> int:
+def _whole_size(piece: _Piece, left: int) -> int:
     """Inflate a strip up to its checksum, which the TIFF decoder does not verify; return its size."""
-    size, ended = inflated(piece, most)
-    if not ended or not needed <= size <= most:
+    size, ended = inflated(piece.data, left)
+    if not ended or not piece.needed <= size <= min(piece.most, left):
         raise ValueError("a TIFF with a strip that does not end where it should")
     return size
 

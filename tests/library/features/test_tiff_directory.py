@@ -1,0 +1,102 @@
+"""Damaged entries of a TIFF's directory: what decoders skip, guess or read wrong is refused."""
+
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from picture_files import (
+    DEEP,
+    GRAY,
+    HEIGHT,
+    RGB,
+    SMOOTH,
+    WIDTH,
+    bmp,
+    by_pillow,
+    check,
+    outcome,
+    refusal,
+    tiff,
+)
+
+LZW = by_pillow(SMOOTH, "TIFF", compression="tiff_lzw", tiffinfo={317: 2})
+DEFLATED = by_pillow(GRAY, "TIFF", compression="tiff_adobe_deflate", tiffinfo={317: 2})
+PACKED = by_pillow(SMOOTH, "TIFF", compression="packbits")
+PLAIN = tiff([RGB.tobytes()], [8, 8, 8], 2)
+FILES = {
+    "lzw": (LZW, SMOOTH),
+    "deflate": (DEFLATED, GRAY),
+    "packbits": (PACKED, SMOOTH),
+    "plain": (PLAIN, RGB),
+}
+AFFECT_PIXELS = {256, 257, 258, 259, 262, 273, 277, 278, 279, 284, 317, 339}
+
+
+def entries(data):
+    """The place of each entry by its tag."""
+    (start,) = struct.unpack_from("<I", data, 4)
+    (count,) = struct.unpack_from("<H", data, start)
+    places = range(start + 2, start + 2 + 12 * count, 12)
+    return {struct.unpack_from("<H", data, place)[0]: place for place in places}
+
+
+def changed(data, place, layout, value):
+    copy = bytearray(data)
+    struct.pack_into(layout, copy, place, value)
+    return bytes(copy)
+
+
+@pytest.mark.parametrize("form", FILES)
+def test_every_entry_of_another_type_or_number_is_refused(tmp_path, form):
+    data, pixels = FILES[form]
+    check(tmp_path, data, pixels, form)
+    places = entries(data)
+    assert len(AFFECT_PIXELS & places.keys()) >= 9, places
+    for tag in AFFECT_PIXELS & places.keys():
+        for kind in (0, 2, 5, 7, 12, 127, 200, 259):
+            assert outcome(tmp_path, changed(data, places[tag] + 2, "<H", kind)) is None, (tag, kind)
+        for number in (0, 2, 8, 200, 2**31):
+            assert outcome(tmp_path, changed(data, places[tag] + 4, "<I", number)) is None, (tag, number)
+
+
+@pytest.mark.parametrize("form", FILES)
+def test_an_entry_whose_tag_is_lost_or_doubled_gives_the_same_pixels_or_none(tmp_path, form):
+    data, pixels = FILES[form]
+    places = entries(data)
+    for tag in AFFECT_PIXELS - {262, 317} & places.keys():
+        for other in places:
+            found = outcome(tmp_path, changed(data, places[tag], "<H", other))
+            assert found is None or np.array_equal(found[..., 0], pixels.reshape(HEIGHT, WIDTH, -1)[..., 0])
+    for tag in AFFECT_PIXELS & places.keys():
+        other = max(places.keys() - {tag})
+        assert "twice" in refusal(tmp_path, changed(data, places[other], "<H", tag)), (tag, other)
+
+
+def test_samples_of_different_depths_are_refused(tmp_path):
+    for bits in ([8, 8, 520], [8, 16, 8], [8, 8, 7]):
+        assert "bits" in refusal(tmp_path, tiff([RGB.tobytes()], bits, 2)), bits
+
+
+def test_strips_that_hold_more_than_is_stated_are_refused(tmp_path):
+    for method in (1, 8):
+        stored = DEEP.astype("<u2").tobytes()
+        strip = stored if method == 1 else zlib.compress(stored)
+        check(tmp_path, tiff([strip], [16], 1, method=method), DEEP >> 8, method)
+        for bits in (8, 4, 2, 1):
+            assert outcome(tmp_path, tiff([strip], [bits], 1, method=method)) is None, (method, bits)
+        narrow = tiff([strip], [16], 1, method=method, t256=[WIDTH - 8])
+        assert outcome(tmp_path, narrow) is None, method
+        spare = stored + b"\0" * 3 if method == 1 else zlib.compress(stored + b"\0" * 3)
+        check(tmp_path, tiff([spare], [16], 1, method=method), DEEP >> 8, "aligned")
+
+
+def test_a_bmp_whose_pixels_would_lie_in_its_header_is_refused(tmp_path):
+    masked = {"method": 3, "masks": (0xFF0000, 0xFF00, 0xFF)}
+    for bits, options, head in ((24, {}, 54), (32, masked, 66), (24, {"header": 12}, 26)):
+        rows = RGB if bits == 24 else np.dstack([RGB, RGB[..., 0]])
+        data = bmp(rows, bits, **options)
+        assert outcome(tmp_path, data) is not None, options
+        for start in (1, 14, 30, head - 1):
+            if start < head:
+                assert "header" in refusal(tmp_path, changed(data, 10, "<I", start)), (options, start)
