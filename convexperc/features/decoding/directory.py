@@ -14,6 +14,7 @@ _BITS, _COMPRESSION, _SAMPLES, _SAMPLE_FORMAT, _TABLES = 258, 259, 277, 339, 347
 _SINGLE = (256, 257, _COMPRESSION, 262, 266, 274, _SAMPLES, 278, 284, 317, 322, 323)
 """Tags with one value: size, compression, colors, order of bits, orientation, strips, predictor, tiles."""
 _FOR_SAMPLES = (_BITS, _SAMPLE_FORMAT)
+"""Tags with a value for each sample; some programs write one for all."""
 _LISTS = (273, 279, 320, 324, 325, 338, 530)
 """Tags whose number of values is verified where they are used."""
 
@@ -48,7 +49,9 @@ def check(data: bytes) -> None:
     samples = entries[_SAMPLES].values[0] if _SAMPLES in entries else 1
     for tag, entry in entries.items():
         kinds = (_UNDEFINED, _BYTE) if tag == _TABLES else (_BYTE, _SHORT, _LONG)
-        wrong = (tag in _SINGLE and entry.number != 1) or (tag in _FOR_SAMPLES and entry.number != samples)
+        wrong = (tag in _SINGLE and entry.number != 1) or (
+            tag in _FOR_SAMPLES and entry.number not in (1, samples)
+        )
         if entry.kind not in kinds or not entry.number or wrong:
             raise ValueError(f"a TIFF whose tag {tag} has {entry.number} values of type {entry.kind}")
     if _BITS in entries and len(set(entries[_BITS].values)) > 1:

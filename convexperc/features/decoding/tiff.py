@@ -3,7 +3,7 @@
 Source: Adobe, TIFF Revision 6.0, and its Technical Notes 1 and 2 of 1995 and 2002.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +31,7 @@ _UNASSOCIATED, _UNSIGNED, _REVERSED = 2, 1, 2  # extra sample; sample format; fi
 _BYTE_MAX, _BYTE_BITS = 255, 8
 _PACKED_BITS = 12  # the only depth between 8 and 16 bits that Pillow opens
 
-_SPARE_BYTES = 16
+_HEADER_BYTES, _SPARE_BYTES = 8, 16
 """What programs may add to a strip to align it; more speaks for another width or depth than is stated."""
 _YCBCR_SUBSAMPLING, _MAX_VALUE, _S_MAX_VALUE = 530, 281, 341
 
@@ -102,12 +102,7 @@ def check(image: TiffImageFile, layout: Layout, data: bytes) -> None:
     _check_colors(layout)
     if {*tags.get(tag.SAMPLEFORMAT, ()), _UNSIGNED} != {_UNSIGNED}:
         raise ValueError("a TIFF of signed or floating-point numbers")
-    sized = layout.compression in (_RAW, _JPEG, _DEFLATE, _ADOBE_DEFLATE)
-    if layout.compression not in _READ or (layout.photometric == _YCBCR and not sized):
-        said = f"compression {layout.compression} and photometric {layout.photometric}"
-        raise ValueError(f"a TIFF with {said}, which is not read")
-    if tags.get(tag.PREDICTOR, 1) != 1 and layout.compression not in _PREDICTED:
-        raise ValueError(f"a TIFF with a predictor for compression {layout.compression}, which has none")
+    _check_compression(image, layout)
     planes = layout.apart and layout.samples > 1
     if layout.bits > _BYTE_BITS and (layout.photometric == _WHITE_IS_ZERO or planes):
         raise ValueError(f"a TIFF of {layout.bits} bits with 0 for white or with its colors apart")
@@ -121,6 +116,19 @@ def check(image: TiffImageFile, layout: Layout, data: bytes) -> None:
             left -= _whole_size(piece, left)
         elif layout.compression == _JPEG:
             _check_jpeg(piece, tags.get(tag.JPEGTABLES, b""), 1 if layout.apart else layout.samples)
+
+
+def _check_compression(image: TiffImageFile, layout: Layout) -> None:
+    """Refuse a compression that is not read, or not with what else is stated."""
+    tags, tag = image.tag_v2, TiffImagePlugin
+    sized = layout.compression in (_RAW, _JPEG, _DEFLATE, _ADOBE_DEFLATE)
+    if layout.compression not in _READ or (layout.photometric == _YCBCR and not sized):
+        said = f"compression {layout.compression} and photometric {layout.photometric}"
+        raise ValueError(f"a TIFF with {said}, which is not read")
+    if tag.BITSPERSAMPLE not in tags and layout.compression not in (_RAW, _DEFLATE, _ADOBE_DEFLATE):
+        raise ValueError("a TIFF that does not state its bits, and of which the size cannot be verified")
+    if tags.get(tag.PREDICTOR, 1) != 1 and layout.compression not in _PREDICTED:
+        raise ValueError(f"a TIFF with a predictor for compression {layout.compression}, which has none")
 
 
 def _check_colors(layout: Layout) -> None:
@@ -152,12 +160,22 @@ def _pieces(image: TiffImageFile, layout: Layout, data: bytes) -> Iterator[_Piec
         if counts or not raw or len(offsets) != len(heights):
             raise ValueError("a TIFF whose strips do not fill the picture")
         counts = [_raw_bytes(image, layout, across, rows) for rows in heights]
+    _check_places(offsets, counts)
     most = _raw_bytes(image, layout, across, down) + _SPARE_BYTES
     for offset, count, rows in zip(offsets, counts, heights, strict=True):
         needed = _raw_bytes(image, layout, across, rows)
         if (raw and not needed <= count <= most) or offset + count > len(data):
             raise ValueError("a TIFF whose strips do not fill the picture")
         yield _Piece(memoryview(data)[offset : offset + count], rows, across, needed, most)
+
+
+def _check_places(offsets: Sequence[int], counts: Sequence[int]) -> None:
+    """Refuse strips that overlap each other or the header; equal ones may be stored once."""
+    end = _HEADER_BYTES
+    for offset, count in sorted(set(zip(offsets, counts, strict=True))):
+        if offset < end:
+            raise ValueError("a TIFF whose strips overlap")
+        end = offset + count
 
 
 def _raw_bytes(image: TiffImageFile, layout: Layout, width: int, rows: int) -> int:

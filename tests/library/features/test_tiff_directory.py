@@ -91,6 +91,26 @@ def test_strips_that_hold_more_than_is_stated_are_refused(tmp_path):
         check(tmp_path, tiff([spare], [16], 1, method=method), DEEP >> 8, "aligned")
 
 
+def test_strips_that_overlap_are_refused_and_equal_ones_may_be_stored_once(tmp_path):
+    rows = [RGB[top : top + 8].tobytes() for top in (0, 8, 16)]
+    data = tiff(rows, [8] * 3, 2, t278=[8])
+    check(tmp_path, data, RGB, "apart")
+    (places,) = struct.unpack_from("<I", data, entries(data)[273] + 8)
+    for number in range(3):
+        for wrong in (1, 8 + len(rows[0]) // 2, 8 + len(rows[0]) + 4):
+            assert "overlap" in refusal(tmp_path, changed(data, places + 4 * number, "<I", wrong)), number
+    same = changed(data, places + 4, "<I", 8)
+    check(tmp_path, same, np.vstack([RGB[:8], RGB[:8], RGB[16:]]), "stored once")
+
+
+def test_compressed_samples_whose_bits_are_not_stated_are_refused(tmp_path):
+    for form in ("lzw", "packbits"):
+        data, _ = FILES[form]
+        assert outcome(tmp_path, changed(data, entries(data)[258], "<H", 60000)) is None, form
+    data = by_pillow(GRAY, "TIFF", compression="packbits")
+    assert "bits" in refusal(tmp_path, changed(data, entries(data)[258], "<H", 250)), "gray"
+
+
 def test_a_bmp_whose_pixels_would_lie_in_its_header_is_refused(tmp_path):
     masked = {"method": 3, "masks": (0xFF0000, 0xFF00, 0xFF)}
     for bits, options, head in ((24, {}, 54), (32, masked, 66), (24, {"header": 12}, 26)):
