@@ -154,6 +154,8 @@ def _pieces(image: TiffImageFile, layout: Layout, data: bytes) -> Iterator[_Piec
         offsets, counts = tags[tag.STRIPOFFSETS], tags.get(tag.STRIPBYTECOUNTS, ())
         across, down = width, min(tags.get(tag.ROWSPERSTRIP, height), height)
         heights = [min(down, height - top) for top in range(0, height, down)]
+    if across * down > MAX_PIXELS:
+        raise ValueError(f"a TIFF with a tile of more than {MAX_PIXELS} pixels")
     heights *= layout.samples if layout.apart else 1
     raw = layout.compression == _RAW
     if len(offsets) != len(heights) or len(counts) != len(heights):

@@ -103,6 +103,14 @@ def test_strips_that_overlap_are_refused_and_equal_ones_may_be_stored_once(tmp_p
     check(tmp_path, same, np.vstack([RGB[:8], RGB[:8], RGB[16:]]), "stored once")
 
 
+def test_a_tile_larger_than_any_picture_is_refused_before_it_is_decoded(tmp_path):
+    without = (273, 278, 279)
+    for method, strip in ((5, b"\x80\0" * 50), (32773, b"\x81\0" * 100), (8, zlib.compress(b"\0" * 100))):
+        tags = {"t322": [2**14], "t323": [2**13], "t324": [8], "t325": [len(strip)]}
+        message = refusal(tmp_path, tiff([strip], [8], 1, method=method, dropped=without, **tags))
+        assert "a tile of more than" in message, (method, message)
+
+
 def test_compressed_samples_whose_bits_are_not_stated_are_refused(tmp_path):
     for form in ("lzw", "packbits"):
         data, _ = FILES[form]
