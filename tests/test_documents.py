@@ -98,10 +98,20 @@ def solvers(lines: list[str]) -> None:
     assert float(lines[3].split()[-1]) > 1e-9, lines
 
 
+def lasso(lines: list[str]) -> None:
+    lower, upper, share = map(float, lines[0].split())
+    assert lower < upper < lower * (1 + 2 * share), lines
+    certified, zeros = lines[1].split()
+    assert certified == "True", lines
+    assert 100 < int(zeros) < 200, lines
+    assert lines[2].startswith("||y - Xb - b0||^2 / (2n) + alpha * l1_ratio"), lines
+
+
 EXAMPLES: dict[str, Callable[[list[str]], None]] = {
     "README.md": readme,
     "docs/python.md": python,
     "docs/certificates.md": certificates,
+    "docs/lasso.md": lasso,
     "docs/solvers.md": solvers,
 }
 """What the examples of each document print; those of one document continue one another."""

@@ -9,8 +9,8 @@ S(v, l) = sign(v) (|v| - l)+, or (v - l)+ where b >= 0 is asked for, the dual is
                                   at most e_g^2 / (2 r_g)    with r_g the least of its r_j > 0,
                                   at most e_g B_g            if every optimum has ||b_g|| <= B_g.
 
-B_g follows from the value of the answer: the penalties of an optimum are at most that. So a dual point that is
-not quite feasible gives a bound as well, and nothing is accepted within a tolerance. The answer's residual
+B_g follows from the value of the answer: the penalties of an optimum are at most that. So a dual point that
+is not quite feasible gives a bound as well, and nothing is accepted within a tolerance. The answer's residual
 suggests t = K (y - X b - b0). The gap is bounded as a sum of terms >= 0, without subtracting the bounds:
 
     P(b, b0) - D(t) = ||K (y - X b - b0) - t||^2 / (2K) + sum_g (penalties of b_g - v_g'b_g + its last part).
@@ -22,10 +22,9 @@ sparsity enforcing penalties, JMLR 18 (2017).
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from numpy.typing import NDArray
 
 from convexperc.certificate.arithmetic import broken_assumption
@@ -104,9 +103,10 @@ class LassoCertificate:
 
 @dataclass(frozen=True, eq=False)
 class _Data:
-    """The objective in units in which X and y are about 1: X = 2^x X_, y = 2^k y_, b = 2^(k-x) b_, P = 2^2k P_.
+    """The objective in units in which X and y are about 1.
 
-    The lower coefficients make dual points, the upper ones bound P: smaller ones can only lower the optimum.
+    X = 2^x X_, y = 2^k y_, b = 2^(k-x) b_, P = 2^2k P_. The lower coefficients make dual points, the upper
+    ones bound P: smaller ones can only lower the optimum.
     """
 
     X: Matrix
@@ -125,17 +125,20 @@ class _Data:
 
     @classmethod
     def of(cls, given: LeastSquares) -> "_Data":
-        x, k = _exponent(given.column_lengths), _exponent(np.abs(given.y))
+        lengths = _lengths(given.X)
+        x, k = _exponent(lengths), _exponent(np.abs(given.y))
         X, y = times_power_of_two(given.X, -x) if x else given.X, times_power_of_two(given.y, -k)
         error = 0.0 if x == k == 0 else 2.0**-1074
-        lengths = given.column_lengths if x == 0 else _lengths(X)
+        lengths = lengths if x == 0 else _lengths(X)
         K = Coefficients.of(given.loss, np.ones(1), 0, "the factor of the loss")
-        shifts = (("the l1 penalty", given.l1, -x - k), ("the group penalty", given.group, -x - k),
-                  ("the ridge penalty", given.ridge, -2 * x))  # fmt: skip
-        parts = (Coefficients.of(each.factor, each.weights, shift, name) for name, each, shift in shifts)
+        l1, group = (
+            Coefficients.of(each.factor, each.weights, -x - k, f"the {name} penalty")
+            for name, each in (("l1", given.l1), ("group", given.group))
+        )
+        ridge = Coefficients.of(given.ridge.factor, given.ridge.weights, -2 * x, "the ridge penalty")
         return cls(
-            X, Ball(y, np.full(y.shape, error)), (float(K.lower[0]), float(K.upper[0])), *parts, given.groups,
-            given.intercept, given.positive, x, k, lengths, error,
+            X, Ball(y, np.full(y.shape, error)), (float(K.lower[0]), float(K.upper[0])), l1, group, ridge,
+            given.groups, given.intercept, given.positive, x, k, lengths, error,
         )  # fmt: skip
 
     @property
@@ -151,6 +154,7 @@ def _exponent(lengths: NDArray[np.float64]) -> int:
 
 
 def _lengths(X: Matrix) -> Float[np.ndarray, " p"]:
+    """Upper bounds of the lengths of the columns (as Lemma R21); infinite where one overflows."""
     n = X.shape[0]
     squares = np.einsum("ij,ij->j", X, X) * (1.0 + 4 * (n + 8) * U) + n * UNDERFLOW
     return np.asarray(np.nextafter(np.sqrt(squares), np.inf))
@@ -236,7 +240,9 @@ def _weighted(
         return 0.0, 0.0
     charged = gamma(k + 4)
     low, high = float(lower @ sizes[0]), float(upper @ sizes[1])
-    return max(0.0, down(low * (1.0 - 2 * charged) - k * UNDERFLOW)), up(high * (1.0 + 2 * charged) + k * UNDERFLOW)
+    return max(0.0, down(low * (1.0 - 2 * charged) - k * UNDERFLOW)), up(
+        high * (1.0 + 2 * charged) + k * UNDERFLOW
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,7 +271,9 @@ class _Ray:
         if data.intercept:
             total = inner(point, Ball.exact(np.ones(n)))
             mean = Ball(np.array([0.5 * (total[0] + total[1]) / n]), np.zeros(1))
-            mean = Ball(mean.mid, np.array([up(up((total[1] - total[0]) / n) + 4 * U * abs(float(mean.mid[0])))]))
+            mean = Ball(
+                mean.mid, np.array([up(up((total[1] - total[0]) / n) + 4 * U * abs(float(mean.mid[0])))])
+            )
             every = Ball(np.repeat(mean.mid, n), np.repeat(mean.rad, n))
             sums = _correlations(data, np.ones(n))
             point, pull = point.plus(every, -1.0), pull.plus(_products(sums, mean), -1.0)
@@ -288,12 +296,16 @@ def _products(x: Ball, factor: Ball) -> Ball:
     """Each entry of x times one number that is known up to its radius (as Lemma R6)."""
     mid, size = float(factor.mid[0]), float(factor.magnitude()[0])
     exact = x.times(mid)
-    return Ball(exact.mid, (exact.rad + (np.abs(x.mid) + x.rad) * float(factor.rad[0]) + UNDERFLOW * (1.0 + size)) * (1.0 + 16 * U))
+    return Ball(
+        exact.mid,
+        (exact.rad + (np.abs(x.mid) + x.rad) * float(factor.rad[0]) + UNDERFLOW * (1.0 + size))
+        * (1.0 + 16 * U),
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class _Limits:
-    """What every optimum obeys, by group or by column without groups: ||b_g|| <= B_g; and the least r_j of each.
+    """What every optimum obeys, by group or by column without groups: ||b_g|| <= B_g; the least r_j of each.
 
     Attributes
     ----------
@@ -395,7 +407,9 @@ def _gap(data: _Data, answer: _Answer, dual: _DualPoint) -> float:
     pull = Ball(v.mid[answer.used], v.rad[answer.used]).times(s)
     slope = np.sign(b.mid) * data.l1.lower[answer.used]
     curve = 0.5 * data.ridge.lower[answer.used] * b.mid
-    error = np.where(b.rad > 0.0, 2.0 * data.l1.lower[answer.used] + data.ridge.lower[answer.used] * b.rad, 0.0)
+    error = np.where(
+        b.rad > 0.0, 2.0 * data.l1.lower[answer.used] + data.ridge.lower[answer.used] * b.rad, 0.0
+    )
     own = Ball(slope + curve, error + 4 * U * (np.abs(slope) + np.abs(curve)) + UNDERFLOW).plus(pull, -1.0)
     if data.groups is None:
         penalties = inner(b, own)[1]
@@ -405,24 +419,28 @@ def _gap(data: _Data, answer: _Answer, dual: _DualPoint) -> float:
         other.mid[answer.used], other.rad[answer.used] = own.mid, own.rad
         norms = _weighted(Coefficients(data.group.lower, data.group.lower), answer.lengths)
         parts = inner_by_group(whole, other, data.groups)[1]
-        penalties = up(norms[1] + up(float(parts.sum()) + (parts.size + 8) * 2 * U * float(np.abs(parts).sum())))
-    total = up(loss + up(max(0.0, penalties) + dual.charge))
-    return math.inf if math.isnan(total) else up(total + answer.slack)
+        penalties = up(
+            norms[1] + up(float(parts.sum()) + (parts.size + 8) * 2 * U * float(np.abs(parts).sum()))
+        )
+    total = up(loss + up(penalties + dual.charge))  # beside a ridge penalty the second part may be negative
+    return math.inf if math.isnan(total) else up(max(0.0, total) + answer.slack)
 
 
-def _zeros(
-    data: _Data, dual: _DualPoint, gap: float
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _zeros(data: _Data, dual: _DualPoint, gap: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Columns and groups that no optimum uses: ||t* - s t|| <= sqrt(2 K gap) (as Lemma R38)."""
     root = up(math.sqrt(up(up(2.0 * data.K[1]) * gap)))
     v, reach = dual.ray.v, root * data.lengths
-    far = ((dual.scale * ((v.mid if data.positive else np.abs(v.mid)) + v.rad)) + reach) * (1.0 + 16 * U) + UNDERFLOW
+    far = ((dual.scale * ((v.mid if data.positive else np.abs(v.mid)) + v.rad)) + reach) * (
+        1.0 + 16 * U
+    ) + UNDERFLOW
     columns = far < data.l1.lower
     if data.groups is None:
         return columns, np.zeros(0, dtype=bool)
     beyond = np.maximum(far - data.l1.lower, 0.0) * (1.0 + 4 * U)
     k = data.groups.sizes
-    lengths = np.sqrt(data.groups.sums(beyond * beyond) * (1.0 + 4 * (k + 8.0) * U) + k * UNDERFLOW) * (1.0 + 4 * U)
+    lengths = np.sqrt(data.groups.sums(beyond * beyond) * (1.0 + 4 * (k + 8.0) * U) + k * UNDERFLOW) * (
+        1.0 + 4 * U
+    )
     groups = lengths < data.group.lower
     places = np.repeat(groups, k.astype(np.int64))
     every = np.empty_like(columns)

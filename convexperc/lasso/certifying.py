@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from convexperc.certificate.rounding import Groups
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
-from convexperc.errors import PointError, ProblemError
+from convexperc.errors import ProblemError
 from convexperc.lasso.certificate import LassoCertificate, certificate
 from convexperc.lasso.conventions import Given, check_taken, convention_of
 from convexperc.lasso.objective import LeastSquares, column_groups
@@ -78,14 +78,17 @@ def certify_lasso(
 
     Notes
     -----
-    Where nothing penalises a column but the loss, no dual point is feasible in general, and the lower bound may
-    be 0. See `convexperc.lasso.certificate` for the bounds.
+    Where nothing penalises a column but the loss, no dual point is feasible in general, and the lower bound
+    may be 0. See `convexperc.lasso.certificate` for the bounds.
     """
     options = _options(more)
     tolerances = Tolerances(options.pop("relative_tolerance"), options.pop("absolute_tolerance"))
     chosen = convention_of(convention)
     check_taken(
-        chosen, groups=groups is not None, weights=weights is not None, **{name: name in more for name in options}
+        chosen,
+        groups=groups is not None,
+        weights=weights is not None,
+        **{name: name in more for name in options},
     )
     matrix = data_matrix(X)
     n, p = matrix.shape
@@ -111,7 +114,11 @@ def certify_lasso(
         intercept is not None, positive,
     )  # fmt: skip
     answer = point_entries(_column(coef), p, "coef", finite=True)
-    b0 = 0.0 if intercept is None else float(point_entries(np.reshape(intercept, -1), 1, "intercept", finite=True)[0])
+    b0 = (
+        0.0
+        if intercept is None
+        else float(point_entries(np.reshape(intercept, -1), 1, "intercept", finite=True)[0])
+    )
     formula = chosen.formula if groups is None else chosen.grouped
     if intercept is None:
         formula = formula.replace(" - b0", "")
@@ -119,7 +126,12 @@ def certify_lasso(
 
 
 def _options(more: dict[str, Any]) -> dict[str, Any]:
-    defaults = {"l1_ratio": 1.0, "l1_reg": 0.0, "relative_tolerance": RELATIVE, "absolute_tolerance": ABSOLUTE}
+    defaults = {
+        "l1_ratio": 1.0,
+        "l1_reg": 0.0,
+        "relative_tolerance": RELATIVE,
+        "absolute_tolerance": ABSOLUTE,
+    }
     for name in more:
         if name not in defaults:
             known = ", ".join(defaults)

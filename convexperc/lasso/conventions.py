@@ -1,8 +1,8 @@
 """The objectives of packages by name: what each divides by, and what its strengths stand for.
 
-A lasso's strength means nothing without them: packages divide the loss by 2 n, by n, by 2 or by nothing, multiply
-groups by the square roots of their sizes or not, and share one strength between two penalties in their own ways.
-Each is stated here as the package documents it; see `docs/lasso.md` for where.
+A lasso's strength means nothing without them: packages divide the loss by 2 n, by n, by 2 or by nothing,
+multiply groups by the square roots of their sizes or not, and share one strength between two penalties in
+their own ways. Each is stated here as the package documents it.
 """
 
 from collections.abc import Callable
@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from convexperc.certificate.rounding import Groups
 from convexperc.errors import InputError, ProblemError
@@ -61,7 +62,7 @@ class Given:
             return self.own
         return np.sqrt(self.groups.sizes)
 
-    def by_column(self, weights: Vector) -> Vector:
+    def by_column(self, weights: NDArray[np.float64]) -> NDArray[np.float64]:
         """A weight of each group for each of its columns."""
         if self.groups is None:
             return weights
@@ -159,15 +160,19 @@ def _over_n(n: int) -> Fraction:
 
 _HALF_MEAN = "||y - Xb - b0||^2 / (2n)"
 _ELASTIC = f"{_HALF_MEAN} + alpha * l1_ratio * ||b||_1 + alpha * (1 - l1_ratio) / 2 * ||b||^2"
-_WEIGHTED = (
-    f"{_HALF_MEAN} + alpha * sum_j weights_j (l1_ratio |b_j| + (1 - l1_ratio) / 2 * b_j^2)"
+_WEIGHTED = f"{_HALF_MEAN} + alpha * sum_j weights_j (l1_ratio |b_j| + (1 - l1_ratio) / 2 * b_j^2)"
+_ADELIE = (
+    f"{_HALF_MEAN} + alpha * sum_g weights_g (l1_ratio ||b_g|| + (1 - l1_ratio) / 2 * ||b_g||^2), "
+    "weights_g = sqrt(d_g) unless given"
 )
+_ROOTS = "weights_g = sqrt(d_g) unless given"
+_RESIDUALS = "||y - Xb - b0||^2"
 _GROUPS = f"{_HALF_MEAN} + alpha * sum_g weights_g ||b_g||"
 CONVENTIONS = {
     each.name: each
     for each in (
         Convention("scikit-learn", _over_n, _elastic_net, _ELASTIC, "", frozenset({"l1_ratio"})),
-        Convention("scikit-learn ridge", lambda n: Fraction(2), _ridge, "||y - Xb - b0||^2 + alpha * ||b||^2", "",
+        Convention("scikit-learn ridge", lambda n: Fraction(2), _ridge, f"{_RESIDUALS} + alpha * ||b||^2", "",
                    frozenset()),
         Convention("glmnet", _over_n, _glmnet, f"{_WEIGHTED}, weights scaled to add up to p", "",
                    frozenset({"l1_ratio", "weights"})),
@@ -176,19 +181,17 @@ CONVENTIONS = {
         Convention("skglm", _over_n, _lasso_or_groups, _WEIGHTED, _GROUPS,
                    frozenset({"l1_ratio", "weights", "groups"})),
         Convention("adelie", _over_n, _adelie, _WEIGHTED,
-                   f"{_HALF_MEAN} + alpha * sum_g weights_g (l1_ratio ||b_g|| + (1 - l1_ratio) / 2 * ||b_g||^2), "
-                   "weights_g = sqrt(d_g) unless given",
+                   _ADELIE,
                    frozenset({"l1_ratio", "weights", "groups"})),
-        Convention("asgl", lambda n: Fraction(2, n), _sparse_group, "||y - Xb - b0||^2 / n + alpha * ||b||_1",
-                   "||y - Xb - b0||^2 / n + alpha * (l1_ratio ||b||_1 + (1 - l1_ratio) sum_g sqrt(d_g) ||b_g||)",
+        Convention("asgl", lambda n: Fraction(2, n), _sparse_group, f"{_RESIDUALS} / n + alpha * ||b||_1",
+                   f"{_RESIDUALS} / n + alpha * (l1_ratio ||b||_1 + (1 - l1_ratio) sum_g sqrt(d_g) ||b_g||)",
                    frozenset({"l1_ratio", "groups"})),
         Convention("group-lasso", _over_n, _group_and_l1, f"{_HALF_MEAN} + (alpha + l1_reg) * ||b||_1",
-                   f"{_HALF_MEAN} + alpha * sum_g weights_g ||b_g|| + l1_reg * ||b||_1, "
-                   "weights_g = sqrt(d_g) unless given",
+                   f"{_GROUPS} + l1_reg * ||b||_1, {_ROOTS}",
                    frozenset({"l1_reg", "weights", "groups"})),
         Convention("residual sum of squares", lambda n: Fraction(2), _lasso_or_groups,
-                   "||y - Xb - b0||^2 + alpha * sum_j weights_j (l1_ratio |b_j| + (1 - l1_ratio) / 2 * b_j^2)",
-                   "||y - Xb - b0||^2 + alpha * sum_g weights_g ||b_g||",
+                   f"{_RESIDUALS} + alpha * sum_j weights_j (l1_ratio |b_j| + (1 - l1_ratio) / 2 * b_j^2)",
+                   f"{_RESIDUALS} + alpha * sum_g weights_g ||b_g||",
                    frozenset({"l1_ratio", "weights", "groups"})),
     )
 }  # fmt: skip

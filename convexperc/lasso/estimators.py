@@ -1,4 +1,4 @@
-"""Fitted estimators of other packages: their strengths, groups and conventions, read from their attributes."""
+"""Fitted estimators of other packages: strengths, groups and conventions, read from their attributes."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -19,9 +19,10 @@ def certify(estimator: Any, X: Any, y: Any, **tolerances: Any) -> LassoCertifica
     Parameters
     ----------
     estimator : fitted estimator
-        Of scikit-learn: `Lasso`, `LassoCV`, `LassoLars`, `ElasticNet`, `ElasticNetCV`, `Ridge`; of celer: `Lasso`,
-        `ElasticNet`, `GroupLasso`; of skglm: `Lasso`, `WeightedLasso`, `ElasticNet`, `GroupLasso`; of
-        group-lasso: `GroupLasso`; of asgl: `Regressor` (``model="lm"``); or of a class made from one of these.
+        Of scikit-learn: `Lasso`, `LassoCV`, `LassoLars`, `ElasticNet`, `ElasticNetCV`, `Ridge`; of celer:
+        `Lasso`, `ElasticNet`, `GroupLasso`; of skglm: `Lasso`, `WeightedLasso`, `ElasticNet`, `GroupLasso`;
+        of group-lasso: `GroupLasso`; of asgl: `Regressor` (``model="lm"``, ``penalization="lasso"``); or of a
+        class made from one of these.
     X : array_like (n, p)
     y : array_like (n,)
         The data that it was fitted to, as given to ``fit``: without weights of the samples.
@@ -44,8 +45,12 @@ def certify(estimator: Any, X: Any, y: Any, **tolerances: Any) -> LassoCertifica
     for name in _names(type(estimator)):
         if name in READERS:
             if getattr(estimator, "coef_", None) is None:
-                raise InputError("estimator", value=estimator, must="must be fitted", remedy="Call its fit first.")
-            return certify_lasso(X, y, estimator.coef_, **READERS[name](estimator, np.shape(X)[1]), **tolerances)
+                raise InputError(
+                    "estimator", value=estimator, must="must be fitted", remedy="Call its fit first."
+                )
+            return certify_lasso(
+                X, y, estimator.coef_, **READERS[name](estimator, np.shape(X)[1]), **tolerances
+            )
     known = ", ".join(READERS)
     raise InputError(
         "estimator", value=type(estimator).__name__, must=f"must be one of {known}",
@@ -128,6 +133,9 @@ def _ridge(estimator: Any, p: int) -> Reading:
 def _group_lasso(estimator: Any, p: int) -> Reading:
     _refuse(estimator, scale_reg="group_size", subsampling_scheme=None, old_regularisation=False)
     labels = np.arange(p) if estimator.groups is None else np.asarray(estimator.groups).reshape(-1)
+    if (labels < 0).any():
+        must, remedy = "must be at least 0: columns below are not penalised by group", "Call certify_lasso."
+        raise InputError("GroupLasso.groups", value=estimator.groups, must=must, remedy=remedy)
     return {
         "alpha": estimator.group_reg,
         "l1_reg": estimator.l1_reg,
@@ -160,4 +168,4 @@ READERS: dict[str, Callable[[Any, int], Reading]] = {
     "group_lasso.GroupLasso": _group_lasso,
     "asgl.Regressor": _asgl,
 }
-"""By package and class. Subclasses of sklearn's in other packages, such as celer's, come first by their own."""
+"""By package and class; celer's, which are made from scikit-learn's, come before these."""

@@ -2,12 +2,11 @@
 
     P(b, b0) = (K/2) ||y - X b - b0||^2 + sum_j l_j |b_j| + sum_g c_g ||b_g||_2 + (1/2) sum_j r_j b_j^2
 
-X has a row for each sample and a column for each feature, as in scikit-learn. Lasso, group lasso, sparse group
-lasso, ridge and elastic net are choices of l, c and r. With K = 2, X' in the place of X and o in that of y it
-is the paper's objective for lambda1 = 0 or lambda3 = 0.
+X has a row for each sample and a column for each feature, as in scikit-learn. Lasso, group lasso, sparse
+group lasso, ridge and elastic net are choices of l, c and r. With K = 2, X' in the place of X and o in that
+of y it is the paper's objective for lambda1 = 0 or lambda3 = 0.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -15,14 +14,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from convexperc.caching import cached_property
 from convexperc.certificate.rounding import Groups, U
 from convexperc.errors import ProblemError
-from convexperc.problem.arrays import Matrix, Vector, nonnegative_number, real_array
-from convexperc.problem.conversion import real_source
+from convexperc.problem.arrays import Matrix, Vector
 
 SMALLEST, LARGEST = 2.0**-400, 2.0**400
-"""Coefficients that are not 0 lie between these, in units in which the longest column of X, and y, are about 1."""
+"""Coefficients that are not 0 lie between these, in units in which X and y are about 1."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +35,9 @@ class Coefficients:
     upper: Float[np.ndarray, " k"]
 
     @classmethod
-    def of(cls, factor: Fraction, weights: Float[np.ndarray, " k"], exponent: int, name: str) -> "Coefficients":
+    def of(
+        cls, factor: Fraction, weights: Float[np.ndarray, " k"], exponent: int, name: str
+    ) -> "Coefficients":
         """`factor` times each weight, which may be off by 2 ulp, times a power of two."""
         if factor == 0:
             return cls(np.zeros_like(weights), np.zeros_like(weights))
@@ -50,11 +49,6 @@ class Coefficients:
             must = "must be 0, or not so far from the squares of X and y, by a factor of more than 2^400"
             raise ProblemError(name, value=float(factor), must=must, remedy="Rescale the data.")
         return cls(products * (1.0 - 8 * U), products * (1.0 + 8 * U))
-
-    @property
-    def slack(self) -> Float[np.ndarray, " k"]:
-        """Upper bounds of upper - lower."""
-        return (self.upper - self.lower) * (1.0 + 4 * U)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,14 +105,6 @@ class LeastSquares:
     groups: Groups | None
     intercept: bool
     positive: bool
-
-    @cached_property
-    def column_lengths(self) -> Float[np.ndarray, " p"]:
-        """Upper bounds of the lengths of the columns of X (as Lemma R21); infinite where one overflows."""
-        n = self.X.shape[0]
-        with np.errstate(over="ignore", under="ignore"):
-            squares = np.einsum("ij,ij->j", self.X, self.X) * (1.0 + 4 * (n + 8) * U) + n * 2.0**-1020
-            return np.asarray(np.nextafter(np.sqrt(squares), np.inf))
 
 
 def column_groups(labels: Any, p: int) -> tuple[Groups, list[Any]]:

@@ -1,4 +1,4 @@
-"""Penalised least squares in exact numbers, and an independent solver, for the tests of `convexperc.lasso`."""
+"""Penalised least squares in exact numbers, and an independent solver, for tests of `convexperc.lasso`."""
 
 import warnings
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ DIGITS = 10**40
 
 @dataclass(frozen=True)
 class Fit:
-    """(K/2) ||y - X b - b0||^2 + l ||b||_1 + sum_g c_g ||b_g|| + (r/2) ||b||^2, with everything as it is given."""
+    """(K/2) ||y - X b - b0||^2 + l ||b||_1 + sum_g c_g ||b_g|| + (r/2) ||b||^2, in exact numbers."""
 
     X: np.ndarray
     y: np.ndarray

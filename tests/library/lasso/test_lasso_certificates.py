@@ -1,4 +1,4 @@
-"""Bounds of penalised least-squares fits: against exact values at points that CVXPY finds, and fitted estimators."""
+"""Bounds of penalised fits: against exact values at points that CVXPY finds; and fitted estimators."""
 
 import warnings
 from fractions import Fraction
@@ -13,7 +13,7 @@ from convexperc.errors import InputError, PointError, ProblemError, ToleranceErr
 from convexperc.lasso import CONVENTIONS, certify, certify_lasso
 
 LABELS = np.array([2, 0, 0, 1, 2, 1, 1, 3])
-SIZES = {label: int((LABELS == label).sum()) for label in range(4)}
+SIZES = {label: int((label == LABELS).sum()) for label in range(4)}
 
 
 def data(seed: int, n: int = 12, p: int = 8):
@@ -104,10 +104,38 @@ def test_the_paper_s_problem_without_coupling_is_a_lasso(scale):
     X, o = rng.standard_normal((4, 9)), rng.standard_normal(9)
     known = enclose(Problem(X, o, lambda1=0.0, lambda2=0.7, lambda3=0.1))
     w = np.array([float(x) for x in known.exact.w]) if hasattr(known, "exact") else np.zeros(4)
-    found = certify_lasso(X.T * scale, o * scale, w, 0.7 * scale * scale, convention="residual sum of squares")
+    found = certify_lasso(
+        X.T * scale, o * scale, w, 0.7 * scale * scale, convention="residual sum of squares"
+    )
     assert found.lower <= known.upper * scale * scale * (1 + 1e-12)
     assert known.lower * scale * scale * (1 - 1e-12) <= found.upper
     assert found.certified, found
+
+
+WEIGHTS = np.array([0.5, 1.0, 2.0, 0.25, 4.0, 1.0, 0.5, 2.0])
+
+
+@pytest.mark.parametrize("name", ["celer", "skglm", "adelie", "residual sum of squares", "glmnet"])
+def test_weights_of_columns_are_those_of_scaled_columns(name):
+    """A weight is a power of two here, so that dividing the column by it gives the same problem."""
+    X, y = data(0)
+    scale = 8.0 / WEIGHTS.sum() if name == "glmnet" else 1.0
+    convention = "residual sum of squares" if name.startswith("residual") else "scikit-learn"
+    for b in (np.zeros(8), np.linspace(-1.0, 1.0, 8)):
+        weighted = certify_lasso(X, y, b, 0.3, convention=name, weights=WEIGHTS)
+        plain = certify_lasso(X / WEIGHTS, y, b * WEIGHTS, 0.3 * scale, convention=convention)
+        assert weighted.lower == pytest.approx(plain.lower, rel=1e-12)
+        assert weighted.objective == pytest.approx(plain.objective, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["celer", "skglm", "adelie", "group-lasso", "residual sum of squares"])
+def test_weights_of_groups_are_in_the_order_of_the_labels(name):
+    X, y = data(1)
+    weights, b = np.array([0.5, 2.0, 1.0, 4.0]), np.linspace(-1.0, 1.0, 8)
+    none = certify_lasso(X, y, b, 0.0, convention=name, groups=LABELS)
+    some = certify_lasso(X, y, b, 0.3, convention=name, groups=LABELS, weights=weights)
+    added = 0.3 * sum(w * np.linalg.norm(b[label == LABELS]) for label, w in enumerate(weights))
+    assert some.objective[1] - none.objective[1] == pytest.approx(added, rel=1e-12)
 
 
 ESTIMATORS = [
@@ -149,7 +177,7 @@ def test_an_early_stop_is_seen_whatever_the_package_says():
 
 def test_what_cannot_be_judged_is_refused():
     X, y = data(0)
-    with pytest.raises(InputError, match="must be one of sklearn.Lasso"):
+    with pytest.raises(InputError, match=r"must be one of sklearn\.Lasso"):
         certify(LinearRegression().fit(X, y), X, y)
     with pytest.raises(InputError, match="must be fitted"):
         certify(Lasso(), X, y)
