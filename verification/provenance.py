@@ -22,7 +22,6 @@ DECIDING = (
     "scikit-image",
     "opencv-python-headless",
     "pillow",
-    "simplejpeg",
     "clarabel",
     "cvxpy",
     "osqp",

@@ -13,16 +13,7 @@ import typer
 from convexperc import features, recognition, report
 from convexperc.cli import stream_options, streams
 from convexperc.cli.exits import exits
-from convexperc.cli.options import (
-    BUDGET,
-    EPILOG,
-    Json,
-    Seconds,
-    check_outputs,
-    say_left_out,
-    with_folders,
-    write,
-)
+from convexperc.cli.options import BUDGET, EPILOG, Json, Seconds, check_outputs, write
 from convexperc.cli.progress import working
 from convexperc.errors import CalibrationError, escaped
 from convexperc.files import json_bytes
@@ -121,7 +112,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         }  # fmt: skip
         outputs = {"--json": json, "--picture": figure}
         check_outputs(outputs, read, {"--references": 1})
-        asked.check(outputs, with_folders(read, {"--references": 1}))
+        asked.check(outputs, read)
         heading, prepared, seen, told = _asked(references, views, scene, configuration, asked)
         recogniser = streams.Recogniser(
             prepared,
@@ -338,6 +329,6 @@ def _say_left_out(
     for folder in (references, views, scenes):
         if folder is None or folder.is_file():
             continue
-        say_left_out(
-            folder, recognition.left_out(folder, references=folder is references, scenes=folder is scenes)
-        )
+        said = recognition.left_out(folder, references=folder is references, scenes=folder is scenes)
+        if said:
+            typer.echo(escaped(f"left out of {folder}: {', '.join(said)}"), err=True)

@@ -2,10 +2,10 @@
 
 import os
 from collections.abc import Mapping
+from pathlib import Path
 
-from convexperc.errors import InputError, check_type, is_one_of
+from convexperc.errors import InputError
 from convexperc.features.pictures import Picture
-from convexperc.files import given_path
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.recognition import Recognition
 from convexperc.report.backend import load_matplotlib, require_matplotlib
@@ -24,8 +24,7 @@ def picture_kind(path: str | os.PathLike[str]) -> str:
     MissingExtraError
         Matplotlib is not installed.
     """
-    place = given_path(path, "picture", InputError)
-    kind = place.suffix.lower().removeprefix(".")
+    kind = Path(path).suffix.lower().removeprefix(".")
     if kind not in KINDS:
         raise InputError(f"picture {os.fspath(path)}", value=kind, must="must end in .png or .svg")
     require_matplotlib()
@@ -61,10 +60,7 @@ def recognition_picture(
     MissingExtraError
         Matplotlib is not installed.
     """
-    check_type(recognition, Recognition, "recognition")
-    check_type(views, Mapping, "views")
-    check_type(judgement, (Judgement, type(None)), "judgement")
-    if not is_one_of(kind, KINDS):
+    if kind not in KINDS:
         raise InputError("kind", value=kind, must=f"must be one of {KINDS}")
     missing = [name for name in recognition.views if name not in views]
     if missing:

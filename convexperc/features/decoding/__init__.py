@@ -1,1 +1,0 @@
-"""Picture files: decoded exactly, or refused with the reason."""
