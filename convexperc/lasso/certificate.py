@@ -144,7 +144,7 @@ class _Data:
     @property
     def target(self) -> Bounds:
         """K/2 ||y||^2, the value of b = 0, b0 = 0."""
-        return _times_half(self.K, squared_norm(self.y))
+        return _half(scaled_bounds(self.K, squared_norm(self.y)))
 
 
 def _exponent(lengths: NDArray[np.float64]) -> int:
@@ -158,11 +158,6 @@ def _lengths(X: Matrix) -> Float[np.ndarray, " p"]:
     n = X.shape[0]
     squares = np.einsum("ij,ij->j", X, X) * (1.0 + 4 * (n + 8) * U) + n * UNDERFLOW
     return np.asarray(np.nextafter(np.sqrt(squares), np.inf))
-
-
-def _times_half(K: Bounds, square: Bounds) -> Bounds:
-    low, high = scaled_bounds(K, square)
-    return max(0.0, down(0.5 * low)), up(0.5 * high)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,9 +194,7 @@ class _Answer:
             residual = residual.plus(_moved(np.full(data.y.mid.shape, intercept), -data.k), -1.0)
         lengths = np.zeros(0), np.zeros(0)
         if data.groups is not None:
-            every = Ball.exact(np.zeros(coefficients.size))
-            every.mid[used], every.rad[used] = b.mid, b.rad
-            lengths = norms_by_group(every, data.groups)
+            lengths = norms_by_group(_scattered(b, used, coefficients.size), data.groups)
         sizes = np.maximum(np.abs(b.mid) - b.rad, 0.0) * (1.0 - 4 * U), b.magnitude()
         squares = sizes[0] * sizes[0] * (1.0 - 4 * U), sizes[1] * sizes[1] * (1.0 + 4 * U) + UNDERFLOW
         square = squared_norm(residual)
@@ -222,6 +215,13 @@ def _moved(values: Vector, exponent: int) -> Ball:
     with np.errstate(over="ignore", under="ignore"):
         moved = times_power_of_two(values, exponent)
     return Ball(moved, np.where((np.abs(moved) < 2.0**-1000) & (values != 0.0), UNDERFLOW, 0.0))
+
+
+def _scattered(x: Ball, places: NDArray[np.int64], size: int) -> Ball:
+    """A vector with the entries of x at these places, and 0 elsewhere."""
+    every = Ball.exact(np.zeros(size))
+    every.mid[places], every.rad[places] = x.mid, x.rad
+    return every
 
 
 def _half(bounds: Bounds) -> Bounds:
@@ -267,7 +267,6 @@ class _Ray:
     def of(cls, data: _Data, t: Vector) -> "_Ray":
         n = t.size
         point, pull = Ball.exact(t), _correlations(data, t)
-        linear = inner(data.y, point)
         if data.intercept:
             total = inner(point, Ball.exact(np.ones(n)))
             mean = Ball(np.array([0.5 * (total[0] + total[1]) / n]), np.zeros(1))
@@ -277,10 +276,9 @@ class _Ray:
             every = Ball(np.repeat(mean.mid, n), np.repeat(mean.rad, n))
             sums = _correlations(data, np.ones(n))
             point, pull = point.plus(every, -1.0), pull.plus(_products(sums, mean), -1.0)
-            linear = inner(data.y, point)
         low, high = squared_norm(point)
         quadratic = max(0.0, down(down(0.5 * low) / data.K[1])), up(up(0.5 * high) / data.K[0])
-        return cls(point, pull, linear, quadratic)
+        return cls(point, pull, inner(data.y, point), quadratic)
 
 
 def _correlations(data: _Data, t: Vector) -> Ball:
@@ -414,9 +412,7 @@ def _gap(data: _Data, answer: _Answer, dual: _DualPoint) -> float:
     if data.groups is None:
         penalties = inner(b, own)[1]
     else:
-        whole, other = Ball.exact(np.zeros(v.mid.size)), Ball.exact(np.zeros(v.mid.size))
-        whole.mid[answer.used], whole.rad[answer.used] = b.mid, b.rad
-        other.mid[answer.used], other.rad[answer.used] = own.mid, own.rad
+        whole, other = (_scattered(each, answer.used, v.mid.size) for each in (b, own))
         norms = _weighted(Coefficients(data.group.lower, data.group.lower), answer.lengths)
         parts = inner_by_group(whole, other, data.groups)[1]
         penalties = up(

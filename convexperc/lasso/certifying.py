@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.certificate.rounding import Groups
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.errors import ProblemError
 from convexperc.lasso.certificate import LassoCertificate, certificate
@@ -95,9 +94,7 @@ def certify_lasso(
     target = real_array(_column(y), "y", 1)
     if target.shape != (n,):
         raise ProblemError("y", value=target.shape, must=f"must have shape ({n},), as X has {n} rows")
-    parts: Groups | None = None
-    if groups is not None:
-        parts, _ = column_groups(groups, p)
+    parts = None if groups is None else column_groups(groups, p)
     given = Given(
         p,
         Fraction(nonnegative_number(alpha, "alpha")),
@@ -141,17 +138,15 @@ def _options(more: dict[str, Any]) -> dict[str, Any]:
 
 
 def data_matrix(X: Any) -> NDArray[np.float64]:
-    """X as float64 without a copy where it is; its entries are looked at by their sums of squares later."""
+    """X as float64, without a copy where it is."""
     if hasattr(X, "toarray"):
         raise ProblemError("X", value=type(X).__name__, must=DENSE, remedy="Pass X.toarray().")
     source = real_source(X, "X", ProblemError)
     if source.ndim != 2 or 0 in source.shape:
         raise ProblemError("X", value=source.shape, must=DENSE)
-    if source.dtype != np.float64:
-        return real_array(source, "X", 2)
-    if not np.isfinite(source).all():
-        return real_array(source, "X", 2)  # says which entry
-    return source
+    if source.dtype == np.float64 and np.isfinite(source).all():
+        return source
+    return real_array(source, "X", 2)  # converts it, or says which entry is not finite
 
 
 def _column(values: Any) -> Any:

@@ -107,8 +107,8 @@ class LeastSquares:
     positive: bool
 
 
-def column_groups(labels: Any, p: int) -> tuple[Groups, list[Any]]:
-    """Groups of columns with the same label, in the order of the labels, and the labels.
+def column_groups(labels: Any, p: int) -> Groups:
+    """Groups of columns with the same label, in the order of the labels.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def column_groups(labels: Any, p: int) -> tuple[Groups, list[Any]]:
     if given.shape != (p,) or given.dtype.kind not in "iuUS":
         must = f"must hold an integer or a string for each of the {p} columns of X"
         raise ProblemError("groups", value=labels, must=must)
-    names, inverse, sizes = np.unique(given, return_inverse=True, return_counts=True)
+    _, inverse, sizes = np.unique(given, return_inverse=True, return_counts=True)
     order = np.argsort(inverse, kind="stable")
     starts = np.cumsum(sizes) - sizes
-    return Groups(order, starts, sizes.astype(np.float64)), names.tolist()
+    return Groups(order, starts, sizes.astype(np.float64))
