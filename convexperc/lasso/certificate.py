@@ -348,12 +348,11 @@ def _excess(data: _Data, v: Ball, s: float) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, eq=False)
 class _DualPoint:
-    """s t, what the penalties take off its value, and whether that holds of every b (no B_g is used)."""
+    """s t, and what the penalties take off its value."""
 
     ray: _Ray
     scale: float
     charge: float
-    strict: bool
 
     @property
     def lower(self) -> float:
@@ -378,7 +377,7 @@ def _dual_points(data: _Data, ray: _Ray, limits: _Limits) -> Iterator[_DualPoint
                 parts = np.minimum(by_ridge, e * most) * (1.0 + 16 * U)
             charge = float(parts.sum()) * (1.0 + 4 * (parts.size + 8) * U)
             charge = up(charge) + UNDERFLOW if beyond.size else 0.0
-            yield _DualPoint(ray, s, math.inf if math.isnan(charge) else charge, bool((ridge > 0.0).all()))
+            yield _DualPoint(ray, s, math.inf if math.isnan(charge) else charge)
 
 
 def _room(data: _Data, v: Ball, ridge: NDArray[np.float64], best: float) -> float:
@@ -423,7 +422,10 @@ def _gap(data: _Data, answer: _Answer, dual: _DualPoint) -> float:
 
 
 def _zeros(data: _Data, dual: _DualPoint, gap: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Columns and groups that no optimum uses: ||t* - s t|| <= sqrt(2 K gap) (as Lemma R38)."""
+    """Columns and groups that no optimum uses: ||t* - s t|| <= sqrt(2 K gap) (as Lemma R38).
+
+    With ||b_g|| <= B_g the dual is as strongly concave, and t* = K (y - X b* - b0*) is its maximum as well.
+    """
     root = up(math.sqrt(up(up(2.0 * data.K[1]) * gap)))
     v, reach = dual.ray.v, root * data.lengths
     far = ((dual.scale * ((v.mid if data.positive else np.abs(v.mid)) + v.rad)) + reach) * (
@@ -466,9 +468,8 @@ def certificate(
             total = _gap(data, answer, dual) if math.isfinite(answer.objective[1]) else math.inf
             if total < gap:
                 gap, method = total, f"dual point, {'charged' if dual.charge else 'feasible'}"
-            if dual.strict or not dual.charge:
-                found = _zeros(data, dual, up(max(0.0, upper - min(dual.lower, upper))))
-                zeros = zeros[0] | found[0], zeros[1] | found[1]
+            found = _zeros(data, dual, up(max(0.0, upper - min(dual.lower, upper))))
+            zeros = zeros[0] | found[0], zeros[1] | found[1]
         lower = min(lower, upper)
         gap = min(gap, max(0.0, up(answer.objective[1] - lower)))
         lower = max(lower, down(answer.objective[0] - gap)) if math.isfinite(gap) else lower
