@@ -2,9 +2,13 @@
 
 import functools
 import importlib.util
+import operator
 import re
 import warnings
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 _UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 """What breaks, moves or reorders printed text, or cannot be encoded: control characters, ends of lines,
@@ -157,6 +161,52 @@ def warn_once(text: str) -> None:
 def installed(module: str) -> bool:
     """Whether a top-level package can be found; it is not imported."""
     return importlib.util.find_spec(module) is not None
+
+
+def check_type(
+    value: object, kind: type | tuple[type, ...], what: str, error: type[InputError] = InputError
+) -> None:
+    """Check an argument's type, where another one would end in an error of Python's own, or in none.
+
+    Raises
+    ------
+    InputError
+        Of the class given: it is no instance of the type, or of any of them.
+    """
+    if not isinstance(value, kind):
+        kinds = kind if isinstance(kind, tuple) else (kind,)
+        names = " or ".join("None" if each is type(None) else each.__name__ for each in kinds)
+        raise error(what, value=value, must=f"must be of the type {names}")
+
+
+def is_integer(value: object) -> bool:
+    """Whether a value is an integer of Python or of NumPy, and no boolean."""
+    if isinstance(value, (bool, type)) or hasattr(value, "__len__"):  # an array of one integer has an index
+        return False
+    try:
+        operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        return False
+    return True
+
+
+def is_one_of(value: object, names: Iterable[str]) -> bool:
+    """Whether a value is one of these strings; an array, which compares by its entries, is none."""
+    return isinstance(value, str) and value in names
+
+
+def entries(values: Iterable[T], what: str, error: type[InputError] = InputError) -> Iterator[T]:
+    """Iterate over an argument.
+
+    Raises
+    ------
+    InputError
+        Of the class given: it cannot be iterated over.
+    """
+    try:
+        return iter(values)
+    except TypeError:
+        raise error(what, value=values, must="must be iterable, for example a list") from None
 
 
 def require(module: str, extra: str, what: str) -> None:

@@ -4,14 +4,18 @@ import json
 import math
 import os
 import unicodedata
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from convexperc.errors import FileFormatError, InputError
 
+Places = Path | Sequence[Path] | None
+"""Of an option: the file or folder that it names, or those; None, or none of them, where it is not given."""
 MUST_BE_JSON = "must be a readable JSON file"
+DEEPEST = 100
+"""Lists and objects in each other that `check_json` allows."""
 
 
 class NoFloat(str):
@@ -31,13 +35,34 @@ def read_json(path: str | os.PathLike[str]) -> tuple[str, Any]:
     FileFormatError
         The file is not readable or not JSON, or repeats a key.
     """
+    place = given_path(path)
     file = os.fspath(path)
     try:
-        content = Path(path).read_bytes()
+        content = place.read_bytes()
     except OSError as problem:
         value, remedy = problem.strerror, "Check the path."
         raise FileFormatError(file, value=value, must=MUST_BE_JSON, remedy=remedy) from None
     return file, parse_json(content, file)
+
+
+def given_path(
+    path: str | os.PathLike[str], what: str = "path", error: type[InputError] = FileFormatError
+) -> Path:
+    """Return a path of the caller's as a `Path`, whether or not there is such a file.
+
+    Raises
+    ------
+    InputError
+        Of the class given: no string or path-like of one, or with a character that no file's name can have.
+    """
+    try:
+        text: object = os.fspath(path)
+        if isinstance(text, str) and b"\0" not in os.fsencode(text):
+            return Path(text)
+    except (TypeError, ValueError):  # of another type; a surrogate that stands for no byte
+        pass
+    must = "must be a path: a string or path-like without characters that no file's name can have"
+    raise error(what, value=path, must=must)
 
 
 def parse_json(content: bytes | str, file: str) -> Any:
@@ -63,6 +88,39 @@ def parse_json(content: bytes | str, file: str) -> Any:
         raise
     except (ValueError, RecursionError) as problem:
         raise FileFormatError(file, value=str(problem), must=MUST_BE_JSON) from None
+
+
+def check_json(value: Any, part: str) -> None:
+    """Check that a value is read again as it is written: a list or tuple comes back as a list.
+
+    Raises
+    ------
+    InputError
+        It holds a number that is not finite, a key that is no string, or a value that JSON does not have.
+    """
+    try:
+        _check_json(value, part, DEEPEST)
+        json.dumps(value)
+    except InputError:
+        raise
+    except ValueError as problem:  # an integer of over 4,300 digits
+        must = "must be a JSON value"
+        raise InputError(part, value=value, must=must, remedy=f"{problem}.") from None
+
+
+def _check_json(value: Any, part: str, deepest: int) -> None:
+    if value is None or isinstance(value, int) or (isinstance(value, float) and math.isfinite(value)):
+        return
+    if isinstance(value, str) and not isinstance(value, NoFloat):
+        return
+    if not isinstance(value, (dict, list, tuple)) or not deepest:
+        must = f"must be a JSON value: numbers that float64 holds, at most {DEEPEST} lists in each other"
+        raise InputError(part, value=value, must=must)
+    entries: Iterable[tuple[Any, Any]] = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, entry in entries:
+        if isinstance(value, dict) and not isinstance(key, str):
+            raise InputError(f"a key of {part}", value=key, must="must be a string")
+        _check_json(entry, f"{part}[{key!r}]", deepest - 1)
 
 
 def _float(text: str) -> float | NoFloat:
@@ -119,12 +177,14 @@ def check_place(path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     InputError
-        The folder does not exist or is not writable, the path exists and is not a file, or it is in ``/dev``
-        or ``/proc``: ``/dev/stdout``, for example, may be another program's file, which would be replaced.
+        It is no path, the folder does not exist or is not writable, the path exists and is not a file, or it
+        is in ``/dev`` or ``/proc``: ``/dev/stdout``, for example, may be another program's file, which would
+        be replaced.
     """
+    given = given_path(path, "output", InputError)
     try:
-        place = Path(path).resolve()
-        device = Path(path).absolute().parts[1:2] in (("dev",), ("proc",))
+        place = given.resolve()
+        device = given.absolute().parts[1:2] in (("dev",), ("proc",))
         if device or (place.exists() and not place.is_file()):
             raise _unwritable(path, "no ordinary file")
     except (OSError, ValueError, RuntimeError) as problem:
@@ -142,7 +202,7 @@ def check_apart(
     files: Mapping[str, Path | None],
     *,
     folders: Mapping[str, Path | None] | None = None,
-    inputs: Mapping[str, Path | None] | None = None,
+    inputs: Mapping[str, Places] | None = None,
 ) -> None:
     """Check that no output of a command is an input or another output; call before any work.
 
@@ -155,15 +215,16 @@ def check_apart(
         The files that are written and the folders that are filled, by what an error calls them, for example
         their options; None is skipped.
     inputs : mapping of str to Path or None
-        The files and folders that are read.
+        The files and folders that are read; several may have one name.
 
     Raises
     ------
     InputError
         Two outputs are the same, or one is an input; a file lies directly in a folder that is read, where it
-        would be read the next time; or a filled folder contains an input or another output, or lies in one.
+        would be read the next time, or an entry of that folder leads to it; or a filled folder contains an
+        input or another output, or lies in one.
     """
-    written, filled, read = (_given(each or {}) for each in (files, folders, inputs))
+    written, filled, read = _given(files), _given(folders or {}), _given(inputs or {})
     for i, (name, path) in enumerate(written):
         _refuse(name, path, (*read, *written[:i]), _same, "must be another file than {}")
         _refuse(name, path, read, _is_read_with, "must not lie in the folder of {}, which is read")
@@ -172,8 +233,9 @@ def check_apart(
         _refuse(name, path, others, _overlap, "must neither contain {} nor lie in it")
 
 
-def _given(places: Mapping[str, Path | None]) -> list[tuple[str, Path]]:
-    return [(name, path) for name, path in places.items() if path is not None]
+def _given(places: Mapping[str, Places]) -> list[tuple[str, Path]]:
+    several = ((name, (given,) if isinstance(given, Path) else given or ()) for name, given in places.items())
+    return [(name, path) for name, paths in several for path in paths]
 
 
 def _refuse(
@@ -190,7 +252,24 @@ def _refuse(
 
 
 def _is_read_with(path: Path, place: Path) -> bool:
-    return place.is_dir() and _same(_resolved(path).parent, place)
+    """Return whether a file lies in a folder, or is what an entry of the folder leads to."""
+    if not place.is_dir():
+        return False
+    if _same(_resolved(path).parent, place):
+        return True
+    try:
+        found = path.stat()
+    except (OSError, ValueError, RuntimeError):
+        return False  # there is nothing yet that a link could lead to
+    return any(os.path.samestat(found, each) for each in _entries(place))
+
+
+def _entries(folder: Path) -> Iterator[os.stat_result]:
+    """What the entries of a folder are; those that cannot be read are refused when they are."""
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            with suppress(OSError):
+                yield entry.stat()
 
 
 def _overlap(one: Path, other: Path) -> bool:
@@ -203,6 +282,8 @@ def _same(one: Path, other: Path) -> bool:
     try:
         return one.samefile(other)
     except (OSError, ValueError, RuntimeError):
+        if os.path.exists(one) != os.path.exists(other):  # noqa: PTH110 - false for what cannot be asked for
+            return False
         found = _resolved(one), _resolved(other)
         if found[0] == found[1] or any(map(os.path.lexists, found)):
             return found[0] == found[1]

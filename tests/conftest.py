@@ -7,6 +7,7 @@ import pytest
 import typed
 from hypothesis import HealthCheck, settings
 from interpreter import Interpreter
+from jaxtyping import config
 
 from convexperc.errors import MissingExtraError
 from convexperc.simulation.backends import RenderingError
@@ -25,6 +26,12 @@ settings.load_profile("ci" if os.environ.get("CI") else "default")
 def pytest_runtest_setup() -> None:
     """Types are checked from the first call of each test on; see `typed`."""
     typed.begin()
+
+
+@pytest.fixture
+def untyped() -> None:
+    """Arguments of other types than are declared reach the function; the next test is typed again."""
+    config.update("jaxtyping_disable", True)
 
 
 @pytest.fixture(scope="session")

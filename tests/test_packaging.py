@@ -28,7 +28,7 @@ EXTRAS = PROJECT["optional-dependencies"]
 OWN = {"convexperc", "verification"}
 
 NEEDS_AN_EXTRA = {
-    "convexperc.features.network_graph": "describes a network by onnx; `convexperc.features.network_model` "
+    "convexperc.features.network.graph": "describes a network by onnx; `convexperc.features.network.model` "
     "asks for it before",
     "convexperc.kernels.compiling": "compiles with Numba; `convexperc.kernels.kernel` asks for it before",
     "convexperc.report.canvas": "draws with Matplotlib; `convexperc.report.backend` asks for it before",

@@ -107,8 +107,8 @@ def test_the_node_publishes_what_the_library_says(world):
     found = wanted(*SEES)
     best = found.template()
     assert (name, found.label) == ("ica-sign", "ica-sign")
-    least = found.squared_norms[0][best.index]
-    assert score == pytest.approx(Hypothesis(name, *best.interval, float(least)).score, rel=1e-6)
+    most = found.unexplained[1][best.index]
+    assert score == pytest.approx(Hypothesis(name, *best.interval, float(most)).score, rel=1e-6)
     assert world.logged == [logged(RECOGNISED, *SEES)]
 
 

@@ -22,6 +22,7 @@ DECIDING = (
     "scikit-image",
     "opencv-python-headless",
     "pillow",
+    "simplejpeg",
     "clarabel",
     "cvxpy",
     "osqp",

@@ -135,7 +135,8 @@ def _bound_one(shared, case, floor, room, bounds, j):
         size = abs(2.0 * room.y[a]) + error + root * shared.rows[a]
         bounds.zero_views[j, a] = lasso and size * (1.0 + 2.0**-40) < two
     for i in range(case.t.size):
-        bounds.modality_norms[j, i] = case.t[i] * 0.5 * (room.low[i] + room.high[i])
+        middle = 0.5 * (room.low[i] + room.high[i]) if room.tau[i] != 0.0 else 0.0  # not what underflow adds
+        bounds.modality_norms[j, i] = case.t[i] * middle
         bounds.zero_modalities[j, i] = case.lambdas[0] == 0.0 and case.lambdas[2] > 0.0
     bounds.upper[j], bounds.gap[j] = value.upper, gap
     bounds.lower[j] = max(0.0, (value.lower - gap) - 8 * U * (value.lower + gap) - UNDERFLOW_SUM)

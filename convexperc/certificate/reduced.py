@@ -84,7 +84,8 @@ def _bound_one(shared, case, tolerance, enough, room, bounds, j):
             found = True
             break
     for i in range(case.t.size):
-        bounds.modality_norms[j, i] = case.t[i] * 0.5 * (room.low[i] + room.high[i])
+        middle = 0.5 * (room.low[i] + room.high[i]) if room.tau[i] != 0.0 else 0.0  # not what underflow adds
+        bounds.modality_norms[j, i] = case.t[i] * middle
     bounds.upper[j], bounds.gap[j] = value.upper, (best + value.stored) * (1.0 + 4 * U)
     bounds.lower[j] = max(0.0, (value.lower - best) - 8 * U * (value.lower + best) - UNDERFLOW_SUM)
     return found

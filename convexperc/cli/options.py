@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -24,6 +24,8 @@ Seconds = Annotated[
 ]
 BUDGET = 60.0
 """`convexperc.enclosure.budget.SECONDS`, which is not loaded for ``--help``."""
+MOST_NAMED = 12
+"""Entries of a folder that are named in a line; more are counted."""
 
 
 def check_outputs(
@@ -35,15 +37,20 @@ def check_outputs(
 
     `depths` says of folders among the inputs how many levels of their sub-folders are read, too.
     """
-    inner = {
-        f"{name}, {folder}": folder
-        for name, depth in (depths or {}).items()
-        for folder in _folders(inputs[name], depth)
-    }
-    check_apart(outputs, inputs={**inputs, **inner})
+    check_apart(outputs, inputs=with_folders(inputs, depths or {}))
     for file in outputs.values():
         if file is not None:
             check_place(file)
+
+
+def with_folders(inputs: dict[str, Path | None], depths: dict[str, int]) -> dict[str, Path | None]:
+    """Return the inputs and the sub-folders that are read with them; see `check_outputs`."""
+    inner = {
+        f"{name}, {folder}": folder
+        for name, depth in depths.items()
+        for folder in _folders(inputs[name], depth)
+    }
+    return {**inputs, **inner}
 
 
 def _folders(folder: Path | None, depth: int) -> Iterator[Path]:
@@ -61,3 +68,11 @@ def write(content: dict[Path, bytes]) -> None:
     for path, data in content.items():
         write_atomic(path, data)
         typer.echo(f"wrote {escaped(os.fspath(path))}", err=True)
+
+
+def say_left_out(folder: Path, said: Sequence[str]) -> None:
+    """Say in one line what of a folder is not used, and why; of many, the first and how many more."""
+    more = [f"and {len(said) - MOST_NAMED} more"] if len(said) > MOST_NAMED + 1 else []
+    named = said[:MOST_NAMED] if more else said
+    if said:
+        typer.echo(escaped(f"left out of {os.fspath(folder)}: {', '.join([*named, *more])}"), err=True)

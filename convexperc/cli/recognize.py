@@ -13,7 +13,16 @@ import typer
 from convexperc import features, recognition, report
 from convexperc.cli import stream_options, streams
 from convexperc.cli.exits import exits
-from convexperc.cli.options import BUDGET, EPILOG, Json, Seconds, check_outputs, write
+from convexperc.cli.options import (
+    BUDGET,
+    EPILOG,
+    Json,
+    Seconds,
+    check_outputs,
+    say_left_out,
+    with_folders,
+    write,
+)
 from convexperc.cli.progress import working
 from convexperc.errors import CalibrationError, escaped
 from convexperc.files import json_bytes
@@ -112,7 +121,7 @@ def recognize(  # noqa: PLR0913, PLR0917 - the options of a command
         }  # fmt: skip
         outputs = {"--json": json, "--picture": figure}
         check_outputs(outputs, read, {"--references": 1})
-        asked.check(outputs, read)
+        asked.check(outputs, with_folders(read, {"--references": 1}))
         heading, prepared, seen, told = _asked(references, views, scene, configuration, asked)
         recogniser = streams.Recogniser(
             prepared,
@@ -329,6 +338,6 @@ def _say_left_out(
     for folder in (references, views, scenes):
         if folder is None or folder.is_file():
             continue
-        said = recognition.left_out(folder, references=folder is references, scenes=folder is scenes)
-        if said:
-            typer.echo(escaped(f"left out of {folder}: {', '.join(said)}"), err=True)
+        say_left_out(
+            folder, recognition.left_out(folder, references=folder is references, scenes=folder is scenes)
+        )

@@ -11,6 +11,7 @@ import typer
 
 from convexperc import simulation
 from convexperc.cli.exits import exits
+from convexperc.cli.options import say_left_out
 from convexperc.cli.progress import progress
 from convexperc.errors import escaped
 from convexperc.files import check_apart, json_bytes
@@ -176,8 +177,7 @@ def _say_left_out(
     said = [each for name in names if name in known for each in known[name].left_out]
     said += [f"{name} (no object of that name is drawn)" for name in known if name not in names]
     said += simulation.unread_meshes(folder)
-    if said:
-        typer.echo(escaped(f"left out of {os.fspath(folder)}: {', '.join(said)}"), err=True)
+    say_left_out(folder, said)
 
 
 def _report(folder: Path, written: "simulation.Written", seconds: float) -> None:

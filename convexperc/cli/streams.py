@@ -14,7 +14,7 @@ import typer
 from convexperc import features, inputs, recognition, report
 from convexperc.cli.stream_outputs import opened
 from convexperc.errors import InputError, escaped
-from convexperc.files import check_apart, check_place
+from convexperc.files import Places, check_apart, check_place
 
 if TYPE_CHECKING:
     from convexperc.features.pictures import Picture
@@ -42,7 +42,7 @@ class Asked:
         """Where each robot's pictures come from."""
         return _named("--view", self.view)
 
-    def check(self, outputs: Mapping[str, Path | None], read: Mapping[str, Path | None]) -> None:
+    def check(self, outputs: Mapping[str, Path | None], read: Mapping[str, Places]) -> None:
         """Refuse options without a view, and outputs that would replace an input, before any work.
 
         `outputs` are those of one recognition, and `read` the other inputs, by their options.
@@ -56,12 +56,12 @@ class Asked:
                 if value:
                     raise typer.BadParameter(f"{option} goes with --view")
             return
-        places = {f"--view {name}": place for name, place in self._places().items()}
-        places |= {f"--mask {name}": Path(file) for name, file in _named("--mask", self.mask).items()}
+        places = {f"--view {name}": inputs.read_places(text) for name, text in self.texts.items()}
+        masks = {f"--mask {name}": Path(file) for name, file in _named("--mask", self.mask).items()}
         files, folders = {**outputs, "--jsonl": self.jsonl}, dict[str, Path | None]()
         single = self.results is not None and self.results.suffix.lower() in (".mcap", ".db3")
         (files if single else folders)["--results"] = self.results
-        check_apart(files, folders=folders, inputs={**places, **read})
+        check_apart(files, folders=folders, inputs={**places, **masks, **read})
         if self.jsonl is not None:
             check_place(self.jsonl)
 
@@ -114,16 +114,6 @@ class Asked:
                 raise typer.BadParameter(f"--region {name}: there is a --mask for it, which has a region")
         found: dict[str, Any] = {name: features.Region.parse(text) for name, text in regions.items()}
         return found | {name: features.read_mask(file) for name, file in masks.items()}
-
-    def _places(self) -> dict[str, Path]:
-        """The files and folders among the sources; others are no places to write to."""
-        found = {}
-        for name, text in self.texts.items():
-            for place in (text, text.partition("#")[0]):
-                if place and Path(place).exists():
-                    found[name] = Path(place)
-                    break
-        return found
 
 
 def _named(option: str, given: Sequence[str]) -> dict[str, str]:
@@ -220,9 +210,9 @@ class Stream:
             for said in (*told, *tally.lines(self.moments.empty), *self.moments.remarks):
                 typer.echo(escaped(said), err=True)
         if interrupted:
-            raise KeyboardInterrupt
+            raise interrupted[0]
         if not tally.moments:
-            raise _no_moment(self.moments.remarks)
+            raise _no_moment(self.moments.remarks or [f"{name}: it has no picture" for name in self.robots])
         return tally.accepted == tally.moments
 
 

@@ -3,7 +3,7 @@ from .configuration import FeatureConfiguration, read_configuration
 from .extraction import extract, normalise, raw_blocks, unit_length
 from .hog import hog_descriptor
 from .lbp import lbp_histogram
-from .network_model import network_features
+from .network.model import network_features
 from .pictures import as_rgb, list_images, read_image, resize, to_gray
 from .recent import RecentFeatures
 from .regions import Region, cropped, cut_out, masked, read_mask

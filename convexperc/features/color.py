@@ -4,8 +4,9 @@ import cv2
 import numpy as np
 from jaxtyping import Float
 
+from convexperc.errors import FeatureError, check_type
 from convexperc.features.configuration import JOINT, FeatureConfiguration
-from convexperc.features.pictures import Picture
+from convexperc.features.pictures import Picture, check_picture
 
 
 def color_histogram(image: Picture, configuration: FeatureConfiguration) -> Float[np.ndarray, " color"]:
@@ -34,6 +35,8 @@ def color_histogram(image: Picture, configuration: FeatureConfiguration) -> Floa
 
     Paper: Section IV
     """
+    check_picture(image)
+    check_type(configuration, FeatureConfiguration, "configuration", FeatureError)
     bins = configuration.color_bins
     if configuration.color_histogram == JOINT:
         joint = cv2.calcHist([image], [0, 1, 2], None, 3 * [bins], 3 * [0, 256])

@@ -3,12 +3,13 @@
 import math
 import operator
 import os
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
 from convexperc.errors import FeatureError, InputError
-from convexperc.features.network import COLUMNS, checked_name, name_in, record_of
+from convexperc.features.network.provenance import COLUMNS, checked_name, name_in, record_of
 from convexperc.files import placed, read_json
 
 UNIT_LENGTH = "unit length by modality"
@@ -223,7 +224,8 @@ def _pair(value: Any, name: str, low: int, high: int) -> tuple[int, int]:
 
 
 def _radius(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 1 <= value < math.inf:
+    known = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not known or not 1 <= value <= sys.float_info.max:  # which a long integer may exceed
         raise FeatureError("lbp_radius", value=value, must="must be a finite number >= 1")
     return float(value)
 

@@ -7,13 +7,19 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
-from convexperc.errors import FeatureError
+from convexperc.errors import FeatureError, check_type, entries, is_one_of
 from convexperc.features.color import color_histogram
-from convexperc.features.configuration import UNIT_LENGTH, UNIT_SUM, UNIT_VIEW, FeatureConfiguration
+from convexperc.features.configuration import (
+    NORMALISATIONS,
+    UNIT_LENGTH,
+    UNIT_SUM,
+    UNIT_VIEW,
+    FeatureConfiguration,
+)
 from convexperc.features.hog import hog_descriptor
 from convexperc.features.lbp import lbp_histogram
-from convexperc.features.network_model import network_features
-from convexperc.features.network_weights import require_network
+from convexperc.features.network.model import network_features
+from convexperc.features.network.weights import require_network
 from convexperc.features.parallel import available_cores, side_by_side
 from convexperc.features.pictures import AnyPicture, Picture, Pictures, as_rgb, resize, to_gray
 from convexperc.features.recent import RecentFeatures, Row
@@ -71,7 +77,8 @@ def extract(
         raise FeatureError(
             "images", value=images.shape, must="must be several pictures, not one", remedy=remedy
         )
-    return describe((as_rgb(image, f"images[{i}]") for i, image in enumerate(images)), configuration, recent)
+    numbered = enumerate(entries(images, "images", FeatureError))
+    return describe((as_rgb(image, f"images[{i}]") for i, image in numbered), configuration, recent)
 
 
 def describe(
@@ -86,6 +93,8 @@ def describe(
     MissingExtraError, FileFormatError
         See `extract`.
     """
+    check_type(configuration, FeatureConfiguration, "configuration", FeatureError)
+    check_type(recent, (RecentFeatures, type(None)), "recent", FeatureError)
     if configuration.network is not None:
         require_network()
     describe_all = partial(_describe_all, configuration=configuration)
@@ -110,6 +119,10 @@ def unit_length(vector: Float[np.ndarray, " d"]) -> Float[np.ndarray, " d"]:
     FeatureError
         An entry is NaN or infinite.
     """
+    check_type(vector, np.ndarray, "feature vector", FeatureError)
+    if isinstance(vector, np.ma.MaskedArray) or vector.ndim != 1 or vector.dtype != np.float64:
+        must = "must be a NumPy array of float64 with one dimension"
+        raise FeatureError("feature vector", value=vector, must=must)
     largest = np.abs(vector).max(initial=0.0)
     if not np.isfinite(largest):
         raise FeatureError("feature vector", value=largest, must="must be finite")
@@ -147,6 +160,7 @@ def raw_blocks(
     MissingExtraError, FileFormatError
         See `extract`.
     """
+    check_type(configuration, FeatureConfiguration, "configuration", FeatureError)
     return _blocks(as_rgb(image, name), configuration)
 
 
@@ -163,8 +177,24 @@ def normalise(blocks: Mapping[str, Float[np.ndarray, " _"]], normalisation: str)
     Returns
     -------
     ndarray of float64, (d,)
+
+    Raises
+    ------
+    FeatureError
+        There is no modality, an entry is not finite, or there is no such normalisation.
     """
+    check_type(blocks, Mapping, "blocks", FeatureError)
+    if not blocks:
+        raise FeatureError("blocks", value=blocks, must="must hold at least one modality")
+    if not is_one_of(normalisation, NORMALISATIONS):
+        must = f"must be one of {', '.join(map(repr, NORMALISATIONS))}"
+        raise FeatureError("normalisation", value=normalisation, must=must)
     found = list(blocks.values())
+    for name, block in blocks.items():
+        check_type(block, np.ndarray, f"modality {name!r}", FeatureError)
+        if block.ndim != 1:
+            must = "must have one dimension"
+            raise FeatureError(f"modality {name!r}", value=block.shape, must=must)
     if normalisation == UNIT_LENGTH:
         found = [unit_length(block) for block in found]
     if normalisation == UNIT_SUM:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from convexperc.errors import ImageError
+from convexperc.files import given_path
 
 SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".jpe", ".jfif", ".bmp", ".tif", ".tiff", ".webp"})
 """Suffixes, in lower case, of the files that are read as pictures."""
@@ -48,8 +49,9 @@ class Folder:
         ImageError
             It is not a readable directory.
         """
+        place = given_path(folder, "folder", ImageError)
         try:
-            entries = sorted(Path(folder).iterdir(), key=lambda entry: entry.name)
+            entries = sorted(place.iterdir(), key=lambda entry: entry.name)
         except (OSError, ValueError) as problem:
             name, must = f"folder {os.fspath(folder)}", "must be a readable folder"
             raise ImageError(name, value=str(problem), must=must) from None
@@ -64,7 +66,7 @@ class Folder:
                 folders.append(entry)
             else:
                 others.append((entry.name, reason))
-        return cls(Path(folder), tuple(pictures), tuple(folders), tuple(others))
+        return cls(place, tuple(pictures), tuple(folders), tuple(others))
 
 
 FOLDER = "a folder"

@@ -7,8 +7,9 @@ import skimage.feature
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from convexperc.errors import FeatureError, check_type
 from convexperc.features.configuration import FeatureConfiguration
-from convexperc.features.pictures import GrayPicture
+from convexperc.features.pictures import GrayPicture, check_picture
 from convexperc.kernels.kernel import Kernel
 
 BAND = 2**18
@@ -48,6 +49,8 @@ def hog_descriptor(gray: GrayPicture, configuration: FeatureConfiguration) -> Fl
     Source: N. Dalal and B. Triggs, Histograms of oriented gradients for human detection, CVPR 2005.
     Paper: Section IV
     """
+    check_picture(gray, "gray picture", 1)
+    check_type(configuration, FeatureConfiguration, "configuration", FeatureError)
     if summing_kernel.replaces(SECONDS * gray.size):
         return _by_machine_code(gray, configuration)
     return _by_scikit_image(gray, configuration)

@@ -8,8 +8,9 @@ import skimage.feature
 from jaxtyping import Float, Int, Integer, UInt8, UInt32
 from numpy.typing import NDArray
 
+from convexperc.errors import FeatureError, check_type
 from convexperc.features.configuration import FeatureConfiguration
-from convexperc.features.pictures import GrayPicture
+from convexperc.features.pictures import GrayPicture, check_picture
 from convexperc.kernels.kernel import Kernel
 
 BAND = 2**15
@@ -52,6 +53,8 @@ def lbp_histogram(gray: GrayPicture, configuration: FeatureConfiguration) -> Flo
     1994; uniform codes by T. Ojala, M. Pietikäinen and T. Mäenpää, 2002.
     Paper: Section IV
     """
+    check_picture(gray, "gray picture", 1)
+    check_type(configuration, FeatureConfiguration, "configuration", FeatureError)
     if comparing_kernel.replaces(SECONDS * gray.size * configuration.lbp_points):
         counts = _by_machine_code(gray, configuration)
     else:

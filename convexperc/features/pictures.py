@@ -11,10 +11,11 @@ import numpy as np
 from jaxtyping import UInt8
 from numpy.typing import NDArray
 
-from convexperc.errors import ImageError, PictureWarning
-from convexperc.features.decoding import decode
+from convexperc.errors import ImageError, PictureWarning, is_one_of
+from convexperc.features.decoding.decode import decode
+from convexperc.features.decoding.sizes import MAX_BYTES, check_size
 from convexperc.features.folders import SUFFIXES, Folder
-from convexperc.features.sizes import MAX_BYTES, check_size
+from convexperc.files import given_path
 
 Picture = UInt8[np.ndarray, "h w 3"]
 AnyPicture = UInt8[np.ndarray, "_ _ 3"]
@@ -53,22 +54,24 @@ def read_image(path: str | os.PathLike[str]) -> Picture:
     Raises
     ------
     ImageError
-        Missing, a directory, empty, of another format, truncated (a JPEG without its end marker, a PNG
-        without IEND), damaged (a wrong checksum in a PNG or in a TIFF with Deflate), with a side under
-        `MIN_SIDE` or more than `MAX_PIXELS` pixels (by its header, before any pixel is decoded), transparent
-        everywhere, a form that decoders take differently, or pixels that are signed, floating-point or of
-        more than 16 bits. JPEG, BMP, WebP and other TIFFs have no checksum: damaged bytes inside a complete
-        file cannot be detected.
+        Missing, a directory, empty, of another format, truncated (a JPEG without its end marker or some of
+        its scans, a PNG without IEND), damaged (a wrong checksum in a PNG or in a TIFF with Deflate; a JPEG
+        of whose code libjpeg warns), with a side under `MIN_SIDE` or more than `MAX_PIXELS` pixels (by its
+        header, before any pixel is decoded), transparent everywhere, a form that decoders take differently,
+        or pixels that are signed, floating-point or of more than 16 bits. JPEG, BMP, WebP and other TIFFs
+        have no checksum: damage that leaves valid code inside a complete file cannot be detected.
 
     Notes
     -----
-    PNG: every form of the specification. JPEG: 8 bits; gray, color, CMYK with Adobe's marker. BMP: 1, 4, 8
+    PNG: every form of the specification. JPEG: 8 bits; gray, color, CMYK with Adobe's marker;
+    Huffman's codes. BMP: 1, 4, 8
     (also in runs that fill the picture), 16, 24 and 32 bits, with the usual masks. TIFF: gray, RGB, palette
     and YCbCr, unassociated alpha, strips and tiles, uncompressed or by LZW, Deflate, PackBits, JPEG or
     Zstandard; not facsimile codes, whose damage would not be seen, CMYK or CIELab. WebP: all.
     """
+    place = given_path(path, "picture", ImageError)
     name = f"picture {os.fspath(path)}"
-    data = _read_bytes(Path(path), name)
+    data = _read_bytes(place, name)
     return as_rgb(decode(data, name), name)
 
 
@@ -103,7 +106,7 @@ def as_rgb(array: object, name: str, channels: Channels = "RGB") -> Picture:
         patterns differ from those of 8-bit values), another shape, a size out of range (see `read_image`), or
         another order of channels.
     """
-    if channels not in ("RGB", "BGR"):
+    if not is_one_of(channels, ("RGB", "BGR")):
         raise ImageError("channels", value=channels, must="must be 'RGB' or 'BGR'")
     if not isinstance(array, np.ndarray):
         raise ImageError(name, value=type(array).__name__, must="must be a NumPy array of uint8 or uint16")
@@ -156,6 +159,24 @@ def _as_rgb(pixels: NDArray[Any]) -> Picture:
     return rgb
 
 
+def check_picture(image: Any, name: str = "image", channels: int = 3) -> None:
+    """Check that an array is what `as_rgb` returns, or with one channel what `to_gray` does.
+
+    Raises
+    ------
+    ImageError
+        It is no array of uint8, or has another shape or no pixel.
+    """
+    shaped = isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.size
+    if not shaped or not (
+        image.ndim == 2 if channels == 1 else image.ndim == 3 and image.shape[2] == channels
+    ):
+        found = f"{image.dtype.name} {image.shape}" if isinstance(image, np.ndarray) else type(image).__name__
+        must = f"must be a NumPy array of uint8, (h, w{', 3' if channels == 3 else ''})"
+        remedy = "as_rgb(picture, name) converts other forms, and to_gray(picture) makes it gray."
+        raise ImageError(name, value=found, must=must, remedy=remedy)
+
+
 def is_flat(pixels: NDArray[Any]) -> bool:
     """Whether a picture shows nothing: red, green and blue each vary by at most `FLAT_RANGE` of 255.
 
@@ -176,6 +197,7 @@ def to_gray(image: Picture) -> GrayPicture:
     In integer arithmetic it is the same for every version of OpenCV and every processor, and the identity on
     gray pictures.
     """
+    check_picture(image)
     red, green, blue = cv2.split(image)
     luma = np.multiply(red, 299, dtype=np.uint32)
     luma += np.multiply(green, 587, dtype=np.uint32)
@@ -207,6 +229,7 @@ def resize(image: Picture, size: tuple[int, int]) -> UInt8[np.ndarray, "height w
     ImageError
         `size` is not two integers, or is out of range (see `read_image`).
     """
+    check_picture(image)
     try:
         height, width = (operator.index(side) for side in size)
     except (TypeError, ValueError):

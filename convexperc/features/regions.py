@@ -1,6 +1,7 @@
 """The part of a picture that shows the object: a rectangle, or a mask."""
 
 import os
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,9 +9,9 @@ import numpy as np
 from jaxtyping import Bool, UInt8
 from numpy.typing import NDArray
 
-from convexperc.errors import ImageError
-from convexperc.features.pictures import Picture, read_image
-from convexperc.features.sizes import MIN_SIDE
+from convexperc.errors import ImageError, check_type, is_integer
+from convexperc.features.decoding.sizes import MIN_SIDE
+from convexperc.features.pictures import Picture, check_picture, read_image
 
 Mask = Bool[np.ndarray, "h w"]
 """True where a pixel shows the object."""
@@ -38,6 +39,10 @@ class Region:
     height: int
 
     def __post_init__(self) -> None:
+        for side in ("x", "y", "width", "height"):
+            value = getattr(self, side)
+            if not is_integer(value):
+                raise ImageError(f"region: {side}", value=value, must="must be an integer: a count of pixels")
         if min(self.x, self.y) < 0 or min(self.width, self.height) < MIN_SIDE:
             must = f"must have x, y >= 0 and a width and a height of at least {MIN_SIDE} pixels"
             raise ImageError("region", value=str(self), must=must)
@@ -54,9 +59,11 @@ class Region:
         ImageError
             These are not four integers, or they are out of range.
         """
+        check_type(text, str, "region", ImageError)
         parts = text.split(",")
-        if len(parts) != 4 or not all(part.strip().isascii() and part.strip().isdigit() for part in parts):
-            raise ImageError("region", value=text, must="must be x,y,width,height: four integers >= 0")
+        if len(parts) != 4 or not all(re.fullmatch(r"\s*\d{1,9}\s*", part, re.ASCII) for part in parts):
+            must = "must be x,y,width,height: four integers from 0 to 999999999"
+            raise ImageError("region", value=text, must=must)
         return cls(*map(int, parts))
 
     @classmethod
@@ -68,6 +75,9 @@ class Region:
         ImageError
             The mask is empty, or its rectangle has a side under `MIN_SIDE`.
         """
+        check_type(mask, np.ndarray, name, ImageError)
+        if mask.dtype != np.bool_ or mask.ndim != 2:
+            raise ImageError(name, value=mask, must="must be a NumPy array of bool, (h, w)")
         columns, rows = (np.flatnonzero(mask.any(axis=axis)) for axis in (0, 1))
         if not len(rows):
             raise ImageError(name, value="no pixel", must="must mark the object: pixels other than 0")
@@ -109,6 +119,8 @@ def cropped(picture: Picture, region: Region, name: str = "picture") -> Part:
     ImageError
         The region is not within the picture.
     """
+    check_picture(picture, name)
+    check_type(region, Region, f"{name}: region", ImageError)
     height, width = picture.shape[:2]
     if region.x + region.width > width or region.y + region.height > height:
         must = f"must lie within the picture of {width} x {height} pixels (width x height)"
@@ -138,6 +150,7 @@ def masked(picture: Picture, mask: object, name: str = "picture") -> Part:
     ImageError
         The mask has another type or size, is empty, or its bounding box has a side under `MIN_SIDE`.
     """
+    check_picture(picture, name)
     if not isinstance(mask, np.ndarray) or mask.dtype not in (np.bool_, np.uint8):
         value = mask.dtype.name if isinstance(mask, np.ndarray) else type(mask).__name__
         must = "must be a NumPy array of bool or uint8, or a rectangle as Region(x, y, width, height)"

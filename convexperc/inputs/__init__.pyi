@@ -1,7 +1,7 @@
 from .frames import Frame, Source
 from .grammar import GRAMMAR
 from .messages import compressed_picture, image_picture
-from .opening import open_source, open_sources
+from .opening import open_source, open_sources, read_places
 from .results import Hypothesis, ResultBag
 from .synchronisation import Moment, Moments, moments
 from .tracks import Counts
@@ -20,4 +20,5 @@ __all__ = [
     "moments",
     "open_source",
     "open_sources",
+    "read_places",
 ]

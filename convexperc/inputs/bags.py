@@ -112,6 +112,11 @@ class Reading:
 
         self.name = name
         first = path.suffix.lower() == ".bag" and not path.is_dir()
+        if path.suffix != path.suffix.lower() and not first and not path.is_dir():
+            must = (
+                f"must end in {path.suffix.lower()}, in lower case, which says how a bag of ROS 2 is stored"
+            )
+            raise SourceError(name, value=path.suffix, must=must, remedy="Rename it, or link to it.")
         # Types of pictures have been the same in every version; those in a bag may be of any others.
         store = get_typestore(Stores.ROS1_NOETIC if first else Stores.ROS2_HUMBLE)
         self.parse: Callable[[bytes, str], Any] = store.deserialize_ros1 if first else store.deserialize_cdr
@@ -248,7 +253,7 @@ class Pass:
 class Topic(Source):
     """The pictures of one topic of a bag.
 
-    The time of a frame is that of its header, or that of the recording where the header has none.
+    The time of a frame is that of its header, or that of the recording where the header has none above 0.
     """
 
     def __init__(self, text: str, bag: Bag, topic: str) -> None:
@@ -265,7 +270,7 @@ class Topic(Source):
         said = list[str]()
         if self._unstamped:
             said.append(
-                f"{self._unstamped} of {self._frames} frames have no time stamp: "
+                f"{self._unstamped} of {self._frames} frames have no time stamp above 0: "
                 "their time is that of the recording"
             )
         if self._uncertain:
@@ -313,7 +318,7 @@ class Topic(Source):
             error = SourceError(name, value=str(problem), must=f"must be a {found.msgtype}")
             self._unstamped += 1
             return Frame(found.recorded / 10**9, _raiser(error), found.recorded), 0
-        if not stamp:
+        if stamp <= 0:  # none was set, or ROS would refuse it
             self._unstamped += 1
             stamp = found.recorded
         self._uncertain |= getattr(message, "encoding", "") == "8UC3"

@@ -1,12 +1,35 @@
 """A picture with its time, and what gives one after the other."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from types import TracebackType
 
-from convexperc.errors import InputError
+import numpy as np
+
+from convexperc.errors import InputError, check_type
 from convexperc.features.pictures import Picture
+
+
+def real(
+    value: object, what: str, must: str = "must be a finite number", error: type[InputError] = InputError
+) -> float:
+    """Return a real number of Python or of NumPy as a float.
+
+    Raises
+    ------
+    InputError
+        Of the class given: anything else, NaN, infinity, or an integer beyond float64.
+    """
+    try:
+        if isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool):
+            found = float(value)
+            if math.isfinite(found):
+                return found
+    except OverflowError:
+        pass
+    raise error(what, value=value, must=must)
 
 
 class Frame:
@@ -20,11 +43,21 @@ class Frame:
         Returns the picture, or raises an `InputError` that says why there is none.
     nanoseconds : int, optional
         The time, where it is known exactly: float64 holds present seconds since the epoch to 0.24 us.
+
+    Raises
+    ------
+    InputError
+        A time that is no finite number, nanoseconds that are no integer, or `decode` cannot be called.
     """
 
     def __init__(self, time: float, decode: Callable[[], Picture], nanoseconds: int | None = None) -> None:
-        self.time = time
-        self.nanoseconds = round(time * 10**9) if nanoseconds is None else nanoseconds
+        self.time = real(time, "time")
+        if not callable(decode):
+            raise InputError("decode", value=decode, must="must be a function without arguments")
+        if nanoseconds is None:
+            nanoseconds = round(real(self.time * 10**9, "time in nanoseconds"))
+        check_type(nanoseconds, int, "nanoseconds")
+        self.nanoseconds = nanoseconds
         self._decode: Callable[[], Picture] | None = decode
         self._outcome: Picture | InputError | None = None
 

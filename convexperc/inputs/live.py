@@ -180,7 +180,7 @@ def open_live(text: str, name: str, address: int | str, timeout: float) -> Live:
     if not capture.isOpened():
         capture.release()
         must, remedy = "must be a camera or stream that OpenCV can open", "Is it connected, and free?"
-        raise SourceError(name, value=text, must=must, remedy=remedy)
+        raise SourceError("source", value=name, must=must, remedy=remedy)
     return Live(text, name, capture, timeout)
 
 

@@ -1,21 +1,25 @@
 """From what a user writes to a source."""
 
 import glob
-import math
 import os
+import re
 import stat
 from collections.abc import Mapping
 from pathlib import Path
 
-from convexperc.errors import InputError, SourceError
+from convexperc.errors import InputError, SourceError, check_type
 from convexperc.features.folders import SUFFIXES
 from convexperc.inputs.bags import Bag, Topic, is_bag
-from convexperc.inputs.frames import Source
+from convexperc.inputs.frames import Source, real
 from convexperc.inputs.grammar import GRAMMAR, SCHEMES, VIDEOS
 from convexperc.inputs.live import open_live
 from convexperc.inputs.stored import PictureSequence, Still, Video, open_folder
 
+LOWEST_RATE = 1e-6
+"""Frames a second of pictures without times: one in 11 days."""
 _PATTERN = "*?["
+_DIGITS = 9
+"""Of a camera's number at most, which OpenCV holds in 32 bits."""
 
 
 def open_source(text: str, *, rate: float = 30.0, timeout: float = 5.0) -> Source:
@@ -39,7 +43,7 @@ def open_source(text: str, *, rate: float = 30.0, timeout: float = 5.0) -> Sourc
     MissingExtraError
         It is a bag, and `rosbags` (extra `ros`) is not installed.
     InputError
-        `rate` or `timeout` is not a finite number > 0.
+        `rate` is not a finite number of at least `LOWEST_RATE`, or `timeout` not one > 0.
     """
     return open_sources({"": text}, rate=rate, timeout=timeout)[""]
 
@@ -52,9 +56,14 @@ def open_sources(texts: Mapping[str, str], *, rate: float = 30.0, timeout: float
     SourceError, MissingExtraError, InputError
         See `open_source`. The sources that have been opened are closed.
     """
-    for name, value in (("rate", rate), ("timeout", timeout)):
-        if not 0 < value < math.inf:
-            raise InputError(name, value=value, must="must be a finite number > 0")
+    for name, value, least in (("rate", rate, LOWEST_RATE), ("timeout", timeout, 0.0)):
+        must = f"must be a finite number >= {least:g}" if least else "must be a finite number > 0"
+        if not least <= real(value, name, must) or not value:
+            raise InputError(name, value=value, must=must)
+    check_type(texts, Mapping, "sources", SourceError)
+    for text in texts.values():
+        check_type(text, str, "source", SourceError)
+    rate, timeout = float(rate), float(timeout)
     sources, bags = dict[str, Source](), dict[Path, Bag]()
     try:
         for robot, text in texts.items():
@@ -66,21 +75,83 @@ def open_sources(texts: Mapping[str, str], *, rate: float = 30.0, timeout: float
     return sources
 
 
+def read_places(text: str) -> tuple[Path, ...]:
+    """Return the files and folders that a source is read from: none of a camera, a stream, or what is none.
+
+    Parameters
+    ----------
+    text : str
+        See `open_source`; nothing is opened.
+    """
+    if _is_stream(text) or _camera(text):
+        return ()
+    if _there(text):
+        return (Path(text),)
+    place, _ = _topic(text)
+    if place:
+        return (Path(place),) if _there(place) else ()
+    return tuple(_matches(text)) if _is_pattern(text) else ()
+
+
 def _open(text: str, rate: float, timeout: float, bags: dict[Path, Bag]) -> Source:
-    scheme, separator, _ = text.partition("://")
-    if separator and scheme.lower() in SCHEMES:
-        return open_live(text, f"stream {text}", text, timeout)
-    number = text.removeprefix("camera:")
-    if number.isascii() and number.isdigit():
-        return open_live(text, f"camera {number}", int(number), timeout)
+    number = _camera(text)
+    place, topic = _topic(text)
+    if _is_stream(text):
+        return open_live(text, f"stream {_without_password(text)}", text, timeout)
+    if number:
+        return _open_camera(text, number, timeout)
     if _there(text):
         return _open_path(text, Path(text), rate)
-    place, hash_sign, topic = text.rpartition("#/")
-    if hash_sign and place:
-        return _open_topic(text, Path(place), f"/{topic}", bags)
-    if any(sign in text for sign in _PATTERN):
+    if place:
+        return _open_topic(text, Path(place), topic, bags)
+    if _is_pattern(text):
         return _open_pattern(text, rate)
     raise _unknown(text)
+
+
+def _is_stream(text: str) -> bool:
+    scheme, separator, _ = text.partition("://")
+    return bool(separator) and scheme.lower() in SCHEMES
+
+
+def _without_password(address: str) -> str:
+    """An address as it may be printed, and written beside the results."""
+    return re.sub(r"(://[^/?#@]*?):[^/?#]*@", r"\1:***@", address)
+
+
+def _camera(text: str) -> str:
+    """The digits of a camera's number; empty if it is none."""
+    number = text.removeprefix("camera:")
+    return number if number.isascii() and number.isdigit() else ""
+
+
+def _topic(text: str) -> tuple[str, str]:
+    """The place of a bag, and the topic in it; an empty place if there is none."""
+    place, _, topic = text.rpartition("#/")
+    return place, f"/{topic}"
+
+
+def _is_pattern(text: str) -> bool:
+    return any(sign in text for sign in _PATTERN)
+
+
+def _matches(text: str) -> list[Path]:
+    return [Path(name) for name in glob.glob(text, recursive=True)]  # noqa: PTH207 - also absolute
+
+
+def _open_camera(text: str, number: str, timeout: float) -> Source:
+    """Open a camera; a file or folder of the same name may be what was meant."""
+    if len(number) <= _DIGITS:
+        try:
+            return open_live(text, f"camera {number}", int(number), timeout)
+        except SourceError as error:
+            if not _there(text):
+                raise
+            what, value, must = error.what, error.value, error.must
+    else:
+        what, value, must = "camera", text, f"must be a number of at most {_DIGITS} digits"
+    remedy = f"A file or folder of that name is ./{text}." if _there(text) else "Check the number."
+    raise SourceError(what, value=value, must=must, remedy=remedy)
 
 
 def _there(text: str) -> bool:
@@ -147,7 +218,7 @@ def _open_topic(text: str, path: Path, topic: str, bags: dict[Path, Bag]) -> Sou
 
 
 def _open_pattern(text: str, rate: float) -> Source:
-    found = [Path(name) for name in glob.glob(text, recursive=True)]  # noqa: PTH207 - also absolute
+    found = _matches(text)
     pictures = [path for path in found if path.suffix.lower() in SUFFIXES and not path.is_dir()]
     if not pictures:
         must = f"must match a picture ({', '.join(sorted(SUFFIXES))})"

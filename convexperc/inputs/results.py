@@ -11,8 +11,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from convexperc.errors import InputError, require
-from convexperc.files import check_place
+from convexperc.errors import InputError, check_type, entries, is_integer, require
+from convexperc.files import check_json, check_place, given_path
+from convexperc.inputs.frames import real
 
 CLASSIFICATION, HYPOTHESIS, TEXT = (
     "vision_msgs/msg/Classification",
@@ -40,31 +41,33 @@ class Hypothesis:
         Its name.
     lower, upper : float
         lower <= F* <= upper, of the reference of the object that decides.
-    squared_norm : float
-        ||o||^2 of that reference, > 0.
+    unexplained : float
+        F* / ||o||^2 <= unexplained, of that reference; >= 0.
     """
 
     object: str
     lower: float
     upper: float
-    squared_norm: float
+    unexplained: float
 
     def __post_init__(self) -> None:
-        numbers = self.lower, self.upper, self.squared_norm
-        if not all(map(math.isfinite, numbers)) or self.lower > self.upper or self.squared_norm <= 0:
-            must = "must have finite lower <= upper, and squared_norm > 0"
+        numbers = self.lower, self.upper, self.unexplained
+        check_type(self.object, str, "the object of a hypothesis")
+        must = "must be a finite number, with finite lower <= upper, and unexplained >= 0"
+        for name in ("lower", "upper", "unexplained"):
+            real(getattr(self, name), f"hypothesis {self.object!r}: {name}", must)
+        if self.lower > self.upper or self.unexplained < 0:
+            must = "must have finite lower <= upper, and unexplained >= 0"
             raise InputError(f"hypothesis {self.object!r}", value=numbers, must=must)
 
     @property
     def score(self) -> float:
         """A proved lower bound of the explained fraction 1 - F*/||o||^2, within 0 and 1.
 
-        It is 1 - upper/||o||^2, rounded downwards. It is no probability: the scores of the objects do not add
-        up to 1, and a high one says that the views explain the object's features, not how surely it is that
-        object.
+        It is no probability: the scores of the objects do not add up to 1, and a high one says that the views
+        explain the object's features, not how surely it is that object.
         """
-        quotient = math.nextafter(self.upper / self.squared_norm, math.inf)
-        return min(1.0, max(0.0, math.nextafter(1.0 - quotient, -math.inf)))
+        return max(0.0, math.nextafter(1.0 - self.unexplained, -math.inf))
 
 
 class ResultBag:
@@ -102,7 +105,9 @@ class ResultBag:
         frame_id: str = "",
     ) -> None:
         require("rosbags", "ros", "a bag of results")
-        place = Path(path)
+        place = given_path(path, "output", InputError)
+        for what, text in (("topic", topic), ("details", details), ("frame_id", frame_id)):
+            check_type(text, str, what)
         self._single = place.suffix.lower() in _STORAGES
         if not self._single and os.path.lexists(place):
             raise _unwritable(place, "it exists", "Choose a new name.")
@@ -154,9 +159,14 @@ class ResultBag:
         InputError
             A time that a header does not hold, or an object twice; writing fails.
         """
-        if not 0 <= nanoseconds < _LAST:
+        if not is_integer(nanoseconds) or not 0 <= nanoseconds < _LAST:
             must = f"must be an integer of at least 0 and less than {_LAST}"
             raise InputError("nanoseconds", value=nanoseconds, must=must)
+        hypotheses = list(entries(hypotheses, "hypotheses"))
+        for each in hypotheses:
+            check_type(each, Hypothesis, "an entry of hypotheses")
+        check_type(details, (Mapping, type(None)), "details")
+        check_json(dict(details or {}), "details")
         names = [each.object for each in hypotheses]
         if len(set(names)) < len(names):
             raise InputError("hypotheses", value=names, must="must name each object once")
@@ -172,7 +182,7 @@ class ResultBag:
                 "objects": [
                     {
                         "class_id": each.object, "lower": each.lower, "upper": each.upper,
-                        "squared_norm": each.squared_norm,
+                        "unexplained": each.unexplained,
                     }
                     for each in ordered
                 ],
@@ -217,7 +227,10 @@ class ResultBag:
 
     def _failed(self, problem: BaseException) -> BaseException:
         """An error of the disk or of `rosbags` as ours; anything else as it is."""
-        if isinstance(problem, OSError) or type(problem).__module__.partition(".")[0] in ("rosbags", "apsw"):
+        if isinstance(problem, OSError) or type(problem).__module__.partition(".")[0] in (
+            "rosbags",
+            "sqlite3",
+        ):
             return _unwritable(self._place, str(problem), "Choose another place.")
         return problem
 

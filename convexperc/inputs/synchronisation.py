@@ -1,6 +1,5 @@
 """Which pictures of several robots belong to one moment, by their times."""
 
-import math
 from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass
 from types import TracebackType
@@ -9,14 +8,16 @@ from typing import Any
 import numpy as np
 from jaxtyping import UInt8
 
-from convexperc.errors import ImageError, InputError, RobotNameError, SourceError
+from convexperc.errors import ImageError, InputError, RobotNameError, SourceError, check_type
 from convexperc.features.pictures import Picture
 from convexperc.features.regions import Mask, Region, cut_out
-from convexperc.inputs.frames import Frame, Source
+from convexperc.inputs.frames import Frame, Source, real
 from convexperc.inputs.leading import grid, led
 from convexperc.inputs.live import Live, arrivals
 from convexperc.inputs.tracks import Counts, Track
 
+SHORTEST = 1e-6
+"""Seconds: float64 would not tell times that are nearer, about 0.24 us, since the epoch."""
 Views = Mapping[str, UInt8[np.ndarray, "_ _ 3"]]
 """Pictures by the names of the robots, each of its own size."""
 Regions = Mapping[str, Region | Mask]
@@ -164,6 +165,8 @@ class Moments(Iterator[Moment]):
             yield self._at(time)
             for track in tracks:
                 track.forget(time, self._slop)
+        for track in tracks:
+            track.over = True
         failures = [track.failure for track in tracks if track.failure is not None]
         if failures and not any(track.frames for track in tracks):
             raise failures[0]
@@ -277,7 +280,7 @@ def moments(
     slop : float
         Seconds, >= 0.
     every : float, optional
-        Seconds, > 0.
+        Seconds, at least `SHORTEST` (1 us).
     strict : bool
         Raise where otherwise a robot is left out of a moment, a source breaks off, or a frame is out of
         order.
@@ -301,17 +304,26 @@ def moments(
     RobotNameError
         A region of a robot that is not among the sources.
     """
+    check_type(regions, (Mapping, type(None)), "regions")
+    check_type(strict, bool, "strict")
     _check(sources, slop, every, regions or {})
-    return Moments(sources, slop=slop, every=every, strict=strict, regions=regions or {})
+    every = None if every is None else float(every)
+    return Moments(sources, slop=float(slop), every=every, strict=strict, regions=regions or {})
 
 
 def _check(sources: Mapping[str, Source], slop: Any, every: Any, regions: Regions) -> None:
+    check_type(sources, Mapping, "sources", SourceError)
+    for robot, source in sources.items():
+        check_type(robot, str, "a robot's name", RobotNameError)
+        check_type(source, Source, f"the source of robot {robot!r}", SourceError)
     if not sources:
         raise SourceError("sources", value="none", must="must be at least one robot's")
-    if not _number(slop) or not 0 <= slop < math.inf:
-        raise InputError("slop", value=slop, must="must be a finite number of seconds >= 0")
-    if every is not None and (not _number(every) or not 0 < every < math.inf):
-        raise InputError("every", value=every, must="must be a finite number of seconds > 0")
+    must = "must be a finite number of seconds >= 0"
+    if real(slop, "slop", must) < 0:
+        raise InputError("slop", value=slop, must=must)
+    must = f"must be a finite number of seconds >= {SHORTEST:g}"
+    if every is not None and real(every, "every", must) < SHORTEST:
+        raise InputError("every", value=every, must=must)
     unknown = [robot for robot in regions if robot not in sources]
     if unknown:
         raise RobotNameError("regions", value=unknown[0], must=f"must be of the robots {', '.join(sources)}")
@@ -320,7 +332,3 @@ def _check(sources: Mapping[str, Source], slop: Any, every: Any, regions: Region
     if live and recorded:
         must = "must be all live or all recorded, apart from single pictures: their clocks differ"
         raise SourceError("sources", value=f"live {live}, recorded {recorded}", must=must)
-
-
-def _number(value: object) -> bool:
-    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)

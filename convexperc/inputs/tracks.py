@@ -20,6 +20,8 @@ class Counts:
         Chosen for at least one moment.
     unused : int
         In none, though sound as far as is known: another frame of the robot was nearer.
+    waiting : int
+        In none so far, and read for moments that are still to come; none at the end.
     unreadable : int
         Without a picture when one was wanted. Only frames that are wanted are decoded.
     disordered : int
@@ -36,6 +38,7 @@ class Counts:
     unreadable: int = 0
     disordered: int = 0
     dropped: int = 0
+    waiting: int = 0
     ended: str = ""
 
 
@@ -66,11 +69,14 @@ class Track:
         Why the source broke off.
     strict : bool
         Raise where it breaks off or a frame is out of order.
+    over : bool
+        Whether the moments have ended, so that what is in none has no use any more.
     """
 
     def __init__(self, robot: str, source: Source, *, strict: bool = False) -> None:
         self.robot, self.strict = robot, strict
         self.floor, self.last = float("-inf"), float("-inf")
+        self.over = False
         self.failure: InputError | None = None
         self.frames = self.disordered = 0
         self._events: Iterator[Frame | Silence] = source.events()
@@ -162,13 +168,14 @@ class Track:
         """What became of the frames so far; those in the window count by what they have been used for."""
         used, unused, unreadable = self._gone
         fates = [_fate(kept) for kept in self._window]
-        ended = "" if self.failure is None else str(self.failure)
+        ended, left = "" if self.failure is None else str(self.failure), fates.count(_UNUSED)
         return Counts(
             self.frames,
             used + fates.count(_USED),
-            unused + fates.count(_UNUSED),
+            unused + (left if self.over else 0),
             unreadable + fates.count(_UNREADABLE),
             self.disordered,
+            waiting=0 if self.over else left,
             ended=ended,
         )
 

@@ -1,7 +1,7 @@
 """Templates as the caller gives them: read as the columns of O, with their names and what they show."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -71,7 +71,7 @@ def checked_names(
     InputError
         Of the class given.
     """
-    given = _strings(names)
+    given = strings(names)
     if given is None or len(given) != count or len(set(given)) != count:
         must = f"must name each of the {count} {named} once, by strings that are not empty"
         raise error(argument, value=names, must=must)
@@ -79,16 +79,19 @@ def checked_names(
 
 
 def _checked_objects(objects: Any, count: int) -> tuple[str, ...]:
-    given = _strings(objects)
+    given = strings(objects)
     if given is None or len(given) != count:
         must = f"must name the object that each of the {count} templates shows, by strings that are not empty"
         raise TemplateNameError("objects", value=objects, must=must)
     return given
 
 
-def _strings(names: Any) -> tuple[str, ...] | None:
+def strings(names: Any) -> tuple[str, ...] | None:
     """The names, if all are strings that are not empty."""
-    given = () if isinstance(names, str) or not isinstance(names, Iterable) else tuple(names)
+    try:
+        given = () if isinstance(names, str) else tuple(names)
+    except TypeError:
+        return None
     return given if all(isinstance(name, str) and name for name in given) else None
 
 
@@ -125,7 +128,7 @@ def _of_mapping(
     templates: Mapping[str, Any], names: Sequence[str] | None, objects: Sequence[str] | None, d: int | None
 ) -> Columns:
     """Each reference of a mapping as a column, read-only."""
-    if names is not None and tuple(names) != tuple(templates):
+    if names is not None and strings(names) != tuple(templates):
         must = "must be left out where the templates are a mapping, or be its keys"
         raise TemplateNameError("names", value=names, must=must)
     if objects is not None:

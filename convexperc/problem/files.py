@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.errors import FileFormatError, InputError
+from convexperc.errors import FileFormatError, InputError, check_type
 from convexperc.files import placed, read_json
 from convexperc.problem.arrays import Vector
 from convexperc.problem.conversion import MUST_BE_EXACT, ROUND, exact_float, exact_hex
@@ -105,6 +105,7 @@ def read_answer(path: str | os.PathLike[str], asked: ProblemFile) -> AnswerFile:
     FileFormatError
         As for `read_problem`; also another id than the problem's, or a w or u of another length.
     """
+    check_type(asked, ProblemFile, "asked", FileFormatError)
     file, record = _object(path, ("w", "u"), ("id", "objective", "status"))
     given = _id(record, file)
     if given is not None and asked.id is not None and given != asked.id:
@@ -171,6 +172,8 @@ def _number(value: Any, place: str) -> float:
 
 def problem_record(problem: Problem, name: str | None = None) -> dict[str, Any]:
     """What `read_problem` reads: exact, with hex floats throughout."""
+    check_type(problem, Problem, "problem")
+    check_type(name, (str, type(None)), "name")
     record: dict[str, Any] = {} if name is None else {"id": name}
     record |= {"n": problem.n, "d": problem.d, "modalities": partition_record(problem.modalities)}
     record |= {"X": [hex_floats(row) for row in problem.X], "o": hex_floats(problem.o)}

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from convexperc.errors import PointError, ProblemError, check_type
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.problem import Problem
 
@@ -37,6 +38,12 @@ class Terms:
 
 def residuals(problem: Problem, w: Vector, u: FeatureVector) -> tuple[FeatureVector, Vector]:
     """p = X'w - o, shape (d,), and q = Xu - w, shape (n,)."""
+    check_type(problem, Problem, "problem", ProblemError)
+    for name, part, length in (("w", w, problem.n), ("u", u, problem.d)):
+        check_type(part, np.ndarray, name, PointError)
+        if isinstance(part, np.ma.MaskedArray) or part.shape != (length,) or part.dtype != np.float64:
+            must = f"must have shape ({length},) and type float64, without a mask, to fit the problem"
+            raise PointError(name, value=f"{part.dtype.name} {part.shape}", must=must)
     return problem.X.T @ w - problem.o, problem.X @ u - w
 
 

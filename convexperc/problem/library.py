@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from convexperc.caching import cached_property
-from convexperc.errors import ModalityError, TemplateNameError
+from convexperc.errors import ModalityError, TemplateNameError, check_type
 from convexperc.problem.arrays import BLOCK, FeatureVector, real_array
 from convexperc.problem.column_files import Stored, open_columns, write_columns
-from convexperc.problem.columns import Columns
+from convexperc.problem.columns import Columns, strings
 from convexperc.problem.modalities import CHUNK, Modalities
 
 SAFE_SQUARE = 2.0**200
@@ -130,6 +130,7 @@ class TemplateLibrary:
         ProblemError, TemplateNameError
             As the class; also another number of features.
         """
+        check_type(modalities, Modalities, "modalities", ModalityError)
         library = object.__new__(cls)
         library._fill(Columns.of(templates, names, d=modalities.d), modalities)
         return library
@@ -150,6 +151,7 @@ class TemplateLibrary:
     @classmethod
     def stored(cls, stored: Stored) -> "TemplateLibrary":
         """Take what `convexperc.problem.column_files.open_columns` returned."""
+        check_type(stored, Stored, "stored")
         library = object.__new__(cls)
         library._fill(stored.columns, stored.modalities)
         return library
@@ -167,10 +169,11 @@ class TemplateLibrary:
         Raises
         ------
         InputError
-            The file cannot be written.
+            The file cannot be written; `more` holds what JSON does not keep, such as NaN or a key that is no
+            string.
         """
         columns = Columns(self.O, self.given_names, self.given_objects)
-        write_columns(path, Stored(columns, self.modalities, more or {}))
+        write_columns(path, Stored(columns, self.modalities, {} if more is None else more))
 
     def extended(
         self, templates: Any, *, names: Sequence[str] | None = None, objects: Sequence[str] | None = None
@@ -205,9 +208,9 @@ class TemplateLibrary:
         self, names: Sequence[str] | None, objects: Sequence[str] | None, modalities: Any
     ) -> "TemplateLibrary":
         """The same library, unless it is to have other names, objects or modalities."""
-        if names is not None and tuple(names) != self.names:
+        if names is not None and strings(names) != self.names:
             raise TemplateNameError("names", value=names, must="must be left out: the library has names")
-        if objects is not None and tuple(objects) != self.shown:
+        if objects is not None and strings(objects) != self.shown:
             must = "must be left out: the library has objects"
             raise TemplateNameError("objects", value=objects, must=must)
         if modalities is None or modalities is self.modalities:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.caching import cached_property
-from convexperc.errors import ModalityError
+from convexperc.errors import ModalityError, entries, is_integer
 from convexperc.problem.arrays import euclidean_length
 from convexperc.problem.conversion import refuse_mask
 
@@ -112,7 +112,18 @@ class Modalities:
         )
 
     def permuted(self, order: Sequence[int]) -> "Modalities":
-        """The same groups of columns, listed in another order."""
+        """The same groups of columns, listed in another order.
+
+        Raises
+        ------
+        ModalityError
+            The order does not name each group once, by its place.
+        """
+        places = list(entries(order, "order", ModalityError))
+        if not all(map(is_integer, places)) or sorted(places) != list(range(len(self))):
+            must = f"must name each of 0 .. {len(self) - 1} once"
+            raise ModalityError("order", value=order, must=must)
+        order = places
         return Modalities(tuple(self.names[i] for i in order), tuple(self.columns[i] for i in order), self.d)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from convexperc.errors import ProblemError, check_type
 from convexperc.problem.arrays import FeatureVector, Vector, point_entries
 from convexperc.problem.formulation import residuals
 from convexperc.problem.problem import Problem
@@ -56,6 +57,7 @@ def optimality_residual(problem: Problem, w: Any, u: Any) -> OptimalityResidual:
     With a = 2(X'w - o) and b = 2 lambda1 (Xu - w). This is the condition that the paper's derivative
     equations miss by the absolute value and by a factor of 2. A small residual is no proof: `certify` is.
     """
+    check_type(problem, Problem, "problem", ProblemError)
     weights = point_entries(w, problem.n, "w", finite=True)
     features = point_entries(u, problem.d, "u", finite=True)
     p, q = residuals(problem, weights, features)

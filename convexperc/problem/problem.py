@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from convexperc.errors import ProblemError
+from convexperc.errors import ProblemError, check_type
 from convexperc.problem.arrays import FeatureVector, Matrix, real_array
 from convexperc.problem.modalities import Modalities
 from convexperc.problem.penalties import Penalties
@@ -75,6 +75,8 @@ class Problem:
         ProblemError
             As for `o` above.
         """
+        check_type(views, Views, "views", ProblemError)
+        check_type(penalties, Penalties, "penalties", ProblemError)
         problem = object.__new__(cls)
         problem._fill(views, _target(o, views), penalties)
         return problem

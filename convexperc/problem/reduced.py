@@ -115,6 +115,18 @@ class ReducedData:
         sound = lengths.sound if usable else np.zeros_like(lengths.sound)
         return cls(views, library, x, G, K, C, sound, time.perf_counter() - began)
 
+    def alone(self, i: int) -> "ReducedData":
+        """The data of one of the views; where the products of all may be used, without another one."""
+        began, chosen = time.perf_counter(), slice(i, i + 1)
+        views = Views(self.views.X[chosen], self.views.modalities, self.views.exact)
+        views.__dict__["reduction"] = reduction = self.views.reduction.alone(i)
+        x, usable = _exponent(reduction)
+        if not usable or self.sound is not self.library.lengths.sound:
+            return ReducedData.of(views.X, self.library)
+        G, K = times_power_of_two(reduction.G, -2 * x), times_power_of_two(reduction.K, -2 * x)
+        C = np.ldexp(self.C[:, chosen], self.x - x)
+        return ReducedData(views, self.library, x, G, K, C, self.sound, time.perf_counter() - began)
+
     @property
     def n(self) -> int:
         """Number of views."""

@@ -77,6 +77,13 @@ class Reduction:
                 gram[row], gram[:, row] = found, found
         return Reduction(X, self.modalities, K, np.add.reduce(K, axis=0), self.depth)
 
+    def alone(self, i: int) -> "Reduction":
+        """The reduction of one of the views (Lemma R24); see `of`."""
+        chosen = slice(i, i + 1)
+        return Reduction(
+            self.X[chosen], self.modalities, self.K[:, chosen, chosen], self.G[chosen, chosen], self.depth
+        )
+
     def product(self, O: Float[np.ndarray, "d p"], rows: Rows = EVERY) -> Float[np.ndarray, "p k"]:  # noqa: E741
         """Row j is X o_j, of which only some entries may be asked for."""
         X, d = self.X[rows], self.X.shape[1]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from convexperc.errors import ProblemError, check_type
 from convexperc.problem.arrays import (
     FeatureVector,
     Matrix,
@@ -53,6 +54,7 @@ class Scaling:
     @classmethod
     def of(cls, problem: Problem) -> "Scaling":
         """Choose the exponents: the longest row of X, and o, get a length in [1/2, 1)."""
+        check_type(problem, Problem, "problem", ProblemError)
         return cls(problem.views.exponent, binary_exponent(problem.o[None, :]))
 
     def data(self, problem: Problem) -> tuple[Matrix, FeatureVector, float]:

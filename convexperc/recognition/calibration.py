@@ -15,19 +15,20 @@ Source: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005
 predictors at alpha / 2 each are joined by the union bound.
 """
 
+import bisect
 import functools
 import hashlib
 import json
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
-from convexperc.errors import CalibrationError, InputError
+from convexperc.errors import CalibrationError, InputError, check_type, entries, is_one_of
 from convexperc.files import placed, read_json
 from convexperc.problem.arrays import BLOCK, nonnegative_number
 from convexperc.problem.library import TemplateLibrary
@@ -140,16 +141,16 @@ class Calibration:
             No scene, a coverage out of range, an object that is not known, or different lambdas, decisions or
             libraries.
         """
-        wanted = nonnegative_number(coverage, "coverage", error=CalibrationError)
-        if not 0.0 < wanted < 1.0:
-            raise CalibrationError("coverage", value=coverage, must="must be a number between 0 and 1")
+        wanted = _coverage(coverage)
+        check_type(held_out_of, (TemplateLibrary, type(None)), "held_out_of", CalibrationError)
         settings, excess, share, views = None, list[float](), list[float](), list[int]()
-        for found, truth in labelled:
+        for found, truth in _scenes(labelled):
             given = _settings(found, held_out_of)
             settings = given if settings is None else settings
             if given != settings:
-                must = f"must be recognised with {_told(settings)}, as the first one"
-                raise CalibrationError("a scene", value=_told(given), must=must)
+                here, there = _differences(given, settings)
+                must = f"must be recognised with {there}, as the first one"
+                raise CalibrationError("a scene", value=here, must=must)
             views.append(len(found.views))
             every = scores(found)
             if truth not in every:
@@ -175,11 +176,13 @@ class Calibration:
         CalibrationError
             Other lambdas, another decision, or another library.
         """
+        check_type(found, Recognition, "found", CalibrationError)
         own, given = (self.lambdas, self.decision, self.library), _settings(found, None)
         if given != own:
-            must = f"must be made with {_told(own)}, those of the calibration"
+            here, there = _differences(given, own)
+            must = f"must be made with {there}, as the calibration was"
             remedy = "Calibrate again for these."
-            raise CalibrationError("the recognition", value=_told(given), must=must, remedy=remedy)
+            raise CalibrationError("the recognition", value=here, must=must, remedy=remedy)
         every = scores(found)
         near = [name for name, each in every.items() if each.excess[0] <= self.excess]
         accepted = tuple(name for name in near if every[name].share[0] <= self.share)
@@ -225,7 +228,11 @@ class Calibration:
             "schema", "coverage", "scenes", "excess", "share", "lambdas", "decision", "library", "views",
             "origin",
         }  # fmt: skip
-        if not isinstance(record, Mapping) or set(record) != keys or record["schema"] != SCHEMA:
+        if (
+            not isinstance(record, Mapping)
+            or set(record) != keys
+            or not is_one_of(record["schema"], (SCHEMA,))
+        ):
             must = f"must be a mapping with schema {SCHEMA!r} and exactly the keys {', '.join(sorted(keys))}"
             raise CalibrationError("calibration", value=record, must=must)
         limits = {name: math.inf if record[name] is None else record[name] for name in ("excess", "share")}
@@ -246,7 +253,7 @@ class Calibration:
         one, two, three = map(float, lambdas)
         thresholds = float(limits["excess"]), float(limits["share"])
         decision, origins = Decision.of(record["decision"]), [origin.value for origin in Origin]
-        if record["origin"] not in origins:
+        if not is_one_of(record["origin"], origins):
             raise CalibrationError("origin", value=record["origin"], must=f"must be one of {origins}")
         origin, views, library = Origin(record["origin"]), record["views"], record["library"]
         if not isinstance(views, list) or [type(each) for each in views] != [int, int] or views[0] < 1:
@@ -317,6 +324,7 @@ def calibrated(
     CalibrationError
         See `Calibration.of`.
     """
+    labelled = list(_scenes(labelled))
     known = [(found, truth) for found, truth in labelled if truth in found.objects]
     made, judged = Calibration.of(known, coverage), []
     for found, truth in labelled:
@@ -328,7 +336,19 @@ def calibrated(
 
 def counted(made: Calibration, labelled: Iterable[tuple[Recognition, str]]) -> Counts:
     """Count how labelled scenes fare that have not set the thresholds."""
-    return _counts([(made.judge(found), truth, truth in found.objects) for found, truth in labelled])
+    check_type(made, Calibration, "calibration", CalibrationError)
+    return _counts([(made.judge(found), truth, truth in found.objects) for found, truth in _scenes(labelled)])
+
+
+def _scenes(labelled: Iterable[tuple[Recognition, str]]) -> Iterator[tuple[Recognition, str]]:
+    """Each scene, checked."""
+    for given in entries(labelled, "scenes", CalibrationError):
+        scene: Any = given
+        kinds = [type(part) for part in scene] if isinstance(scene, (tuple, list)) else []
+        if len(kinds) != 2 or not issubclass(kinds[0], Recognition) or not issubclass(kinds[1], str):
+            must = "must be a Recognition and the name of the object that it shows"
+            raise CalibrationError("a scene", value=scene, must=must)
+        yield given
 
 
 def _counts(judged: Sequence[tuple[Judgement, str, bool]]) -> Counts:
@@ -403,18 +423,44 @@ def _settings(found: Recognition, library: TemplateLibrary | None) -> Settings:
     return found.answers.lambdas, found.decision, digest
 
 
-def _told(settings: Settings) -> str:
+def _differences(given: Settings, own: Settings) -> tuple[str, str]:
+    """What of two settings differs, as the one and as the other has it."""
+    told = zip(_told(given), _told(own), strict=True)
+    here, there = zip(*((mine, other) for mine, other in told if mine != other), strict=True)
+    return ", ".join(here), ", ".join(there)
+
+
+def _told(settings: Settings) -> tuple[str, ...]:
     lambdas, decision, library = settings
-    said = ", ".join(f"lambda{i} = {value:g}" for i, value in enumerate(lambdas, 1))
-    return f"{said}, decided by {decision.value}, library {library[:12]}"
+    said = (f"lambda{i} = {value!r}" for i, value in enumerate(lambdas, 1))
+    return (*said, f"decided by {decision.value}", f"library {library}")
 
 
 def fewest_scenes(coverage: float) -> int:
-    """The least number of scenes that sets thresholds: 2 / (1 - coverage) - 1, rounded up."""
-    level, count = 1.0 - (1.0 - coverage) / 2.0, 1
-    while math.ceil((count + 1) * level) > count:
-        count += 1
-    return count
+    """The least number of scenes that sets thresholds: 2 / (1 - coverage) - 1, rounded up.
+
+    Raises
+    ------
+    CalibrationError
+        The coverage is no number between 0 and 1.
+    """
+    wanted, enough = _coverage(coverage), 1
+    level = 1.0 - (1.0 - wanted) / 2.0
+
+    def suffices(count: int) -> bool:
+        return math.ceil((count + 1) * level) <= count
+
+    while not suffices(enough):
+        enough *= 2
+    return bisect.bisect_left(range(enough), True, lo=1, key=suffices)
+
+
+def _coverage(value: Any) -> float:
+    """The coverage as a float, if it is one."""
+    wanted = nonnegative_number(value, "coverage", error=CalibrationError)
+    if not 0.0 < wanted < 1.0:
+        raise CalibrationError("coverage", value=value, must="must be a number between 0 and 1")
+    return wanted
 
 
 def _quantile(values: list[float], level: float) -> float:

@@ -19,7 +19,8 @@ from jaxtyping import Float
 
 from convexperc.caching import cached_property
 from convexperc.certificate.data_bounds import Intervals
-from convexperc.recognition.label import recognize
+from convexperc.errors import check_type
+from convexperc.recognition.label import recognize_each
 from convexperc.recognition.recognition import Recognition, margin_of
 
 
@@ -41,15 +42,8 @@ class EachView:
     @classmethod
     def of(cls, found: Recognition) -> "EachView":
         """Solve for every view of a recognition alone, with its library, lambdas and decision."""
-        data, (lambda1, lambda2, lambda3) = found.answers.data, found.answers.lambdas
-        alone = (
-            recognize(
-                data.views.X[i : i + 1], data.library, lambda1=lambda1, lambda2=lambda2, lambda3=lambda3,
-                modalities=data.views.modalities, views=[name], decision=found.decision, prune=False,
-            )
-            for i, name in enumerate(found.views)
-        )  # fmt: skip
-        return cls(found.views, tuple(alone))
+        check_type(found, Recognition, "found")
+        return cls(found.views, recognize_each(found))
 
     @property
     def objects(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.errors import ImageError, RobotNameError
+from convexperc.errors import ImageError, RobotNameError, check_type, entries
 from convexperc.features.pictures import Channels, Picture, Pictures, as_rgb
 from convexperc.features.regions import AnyMask, Region, cut_out
 
@@ -58,6 +58,7 @@ class Seen:
         RobotNameError
             A robot that is not named by a string, or a region for a robot that is not among the views.
         """
+        check_type(regions, (Mapping, type(None)), "regions", ImageError)
         named = _named(views)
         unknown = [name for name in regions or {} if name not in named]
         if unknown:
@@ -94,4 +95,4 @@ def _named(views: Frames) -> Mapping[str, Frame | None]:
     if isinstance(views, np.ndarray) and views.ndim < 4:
         remedy = "For one view, pass a list with one frame, or a mapping of its robot's name to it."
         raise ImageError("views", value=views.shape, must="must be several frames, not one", remedy=remedy)
-    return {f"robot {i}": frame for i, frame in enumerate(views, 1)}
+    return {f"robot {i}": frame for i, frame in enumerate(entries(views, "views", ImageError), 1)}

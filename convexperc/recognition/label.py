@@ -13,7 +13,7 @@ from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.lambda_max import zero_is_optimal
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.budget import SECONDS, Budget
-from convexperc.errors import RobotNameError, StartError
+from convexperc.errors import InputError, ProblemError, RobotNameError, StartError, check_type, entries
 from convexperc.problem.arrays import euclidean_length, lowest
 from convexperc.problem.columns import checked_names
 from convexperc.problem.penalties import Penalties
@@ -29,9 +29,6 @@ from convexperc.solvers.interface import Solver
 NORM_FACTOR = 1.1
 """Templates whose norms differ by more than this factor are warned about: F* <= ||o||^2, so a short template
 wins by its length."""
-
-_FIRST = 256
-"""Features that are looked at first for one that is not 0."""
 
 
 class Options(TypedDict, total=False):
@@ -86,6 +83,8 @@ class _Settings:
                 known = ", ".join(Options.__annotations__)
                 unknown = f"{function}() got an unexpected keyword argument {name!r}"
                 raise TypeError(f"{unknown}; its options are {known}")
+        for name in ("prune", "escalate"):
+            check_type(options.get(name, True), bool, name)
         return cls(
             Decision.of(options.get("decision", Decision.OBJECTIVE)),
             options.get("prune", True),
@@ -149,6 +148,8 @@ def recognize(
         See `Problem`; also no reference at all.
     TemplateNameError, RobotNameError, DecisionError, ToleranceError, BudgetError, StartError
         An argument of that name does not fit.
+    InputError
+        `prune` or `escalate` is neither True nor False.
     SolverError
         The named solver gave no point for a template.
 
@@ -166,6 +167,21 @@ def recognize(
     with np.errstate(all="ignore"):  # what overflows is bounded by infinity
         bounds = _bounds(X, references, modalities, names, answers)
         return _recognised(bounds, penalties, _robots(views, bounds.data.n), settings, answers)
+
+
+def recognize_each(found: Recognition) -> tuple[Recognition, ...]:
+    """Recognise from each view of a recognition alone, with its library, lambdas and decision.
+
+    Every reference has an answer; the products of views and references are those that are known already.
+    """
+    settings = replace(DEFAULT, decision=found.decision, prune=False)
+    with np.errstate(all="ignore"):
+        return tuple(
+            _recognised(
+                DataBounds.of(found.answers.data.alone(i)), found.answers.penalties, (name,), settings, None
+            )
+            for i, name in enumerate(found.views)
+        )
 
 
 def recognize_path(
@@ -202,7 +218,7 @@ def recognize_path(
     with np.errstate(all="ignore"):
         bounds = _bounds(X, references, modalities, names)
     robots = _robots(views, bounds.data.n)
-    for triple in grid:
+    for triple in entries(grid, "grid", ProblemError):
         with np.errstate(all="ignore"):
             found = _recognised(bounds, Penalties.of(triple), robots, settings, None)
         yield found
@@ -257,6 +273,7 @@ def decided_by(found: Recognition, decision: Decision | str, *, seconds: float =
     -------
     Recognition
     """
+    check_type(found, Recognition, "found")
     budget = Budget(seconds)
     with np.errstate(all="ignore"):
         own = decide(found.answers, found.names, found.views, found.decision).warnings
@@ -306,7 +323,16 @@ def decide(
     Returns
     -------
     Recognition
+
+    Raises
+    ------
+    InputError
+        `answers` are no `Answers`, or `names` or `views` no tuples of as many names.
+    DecisionError
+        There is no such decision.
     """
+    _check_names(answers, names, views)
+    decision = Decision.of(decision)
     lower, upper = cost_bounds(answers, decision)
     rivals = (lower <= lowest(upper)).nonzero()[0]
     if rivals.size > 1:
@@ -346,6 +372,13 @@ def decide(
     return verdict(Verdict.UNDECIDED, f"the intervals of {', '.join(candidates)} overlap")
 
 
+def _check_names(answers: Answers, names: Any, views: Any) -> None:
+    check_type(answers, Answers, "answers")
+    for what, given, count in (("names", names, answers.lower.size), ("views", views, answers.data.n)):
+        if not isinstance(given, tuple) or len(given) != count:
+            raise InputError(what, value=given, must=f"must be a tuple of {count} names")
+
+
 def _all_zero(answers: Answers) -> bool:
     """Whether w = u = 0 is proved to be an optimum for every template."""
     if np.count_nonzero(answers.upper < answers.bounds.squares[0]):
@@ -358,10 +391,10 @@ def _all_zero(answers: Answers) -> bool:
 
 def _zero_warning(answers: Answers, views: tuple[str, ...]) -> tuple[str, ...]:
     """Name the robots whose features are all 0."""
-    X = answers.data.views.X
-    if X[:, :_FIRST].any(axis=1).all():
-        return ()  # the usual case, without a pass over the data
-    silent = [views[i] for i in np.flatnonzero(~X.any(axis=1)).tolist()]
+    X, squares = answers.data.views.X, answers.data.G.diagonal()
+    if squares.all():
+        return ()  # the usual case, without a look at X: a square of 0 may have underflowed
+    silent = [views[i] for i in np.flatnonzero(squares == 0.0).tolist() if not X[i].any()]
     return (f"all features are 0 of {', '.join(silent)}: such a view shows nothing",) if silent else ()
 
 

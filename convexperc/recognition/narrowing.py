@@ -14,6 +14,7 @@ from convexperc.enclosure.enclosure import finite_start
 from convexperc.enclosure.exact_data import ExactViews
 from convexperc.enclosure.levels import BITS, Known, float_answer
 from convexperc.enclosure.result import Enclosure
+from convexperc.errors import BudgetError, check_type
 from convexperc.recognition.decision import Decision, costs
 from convexperc.recognition.recognition import Recognition, compared_squares
 from convexperc.solution.answers import Answers
@@ -28,6 +29,8 @@ def narrowed_answers(found: Recognition, budget: Budget) -> Iterator[Answers]:
     In each precision the rivals with the lowest upper bounds come first; one that another excludes is
     narrowed no more. It ends where no rival can be narrowed, or the budget is spent.
     """
+    check_type(found, Recognition, "found")
+    check_type(budget, Budget, "budget", BudgetError)
     with suppress(OutOfBudget):
         with budget.running():
             shared = ExactViews.of(found.answers.data.views, budget)

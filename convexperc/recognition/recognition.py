@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from convexperc.caching import cached_property
 from convexperc.certificate.data_bounds import Intervals
 from convexperc.certificate.rounding import Ball, squared_norm
-from convexperc.errors import TemplateNameError
+from convexperc.errors import TemplateNameError, check_type
 from convexperc.problem.arrays import FeatureVector, Vector, euclidean_length, lowest
 from convexperc.problem.scaling import Scaling
 from convexperc.recognition.decision import Decision, costs
+from convexperc.recognition.rules import Rules
 from convexperc.solution.answers import Answers
 from convexperc.solution.single import solve
 from convexperc.solution.solution import Solution, Status
@@ -128,7 +129,8 @@ class Ranked:
     weight : float
         w_i of a robot, ||u^i||_2 of a modality; infinite beyond the range of float64.
     share : float
-        |weight| divided by the sum over all, whatever their size; 0 where all are 0.
+        |weight| divided by the sum over all, whatever their size; what is proved to be 0 counts as 0, so that
+        what is left of it by rounding has no share. 0 where all are 0.
     proved_zero : bool
         No optimum uses it, by proof.
     """
@@ -139,7 +141,7 @@ class Ranked:
     proved_zero: bool
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recognition:
     """The outcome for one set of views.
 
@@ -174,6 +176,11 @@ class Recognition:
     warnings: tuple[str, ...]
     decision: Decision = Decision.OBJECTIVE
 
+    def __repr__(self) -> str:
+        """What it says, without the arrays behind it."""
+        said = f"{self.statement}, candidates {list(self.candidates)}, views {list(self.views)}"
+        return f"<Recognition of {len(self.objects)} objects: {said}>"
+
     @property
     def statement(self) -> str:
         """The verdict with what it is about, as in "proved: lowest optimum"."""
@@ -206,10 +213,10 @@ class Recognition:
         """Whether every template is excluded or has a certified answer."""
         return bool((self.excluded | self.answers.certified).all())
 
-    @property
-    def squared_norms(self) -> Intervals:
-        """Bounds of the ||o_j||^2 of all templates."""
-        return compared_squares(self.answers)
+    @cached_property
+    def rules(self) -> Rules:
+        """What other rules say of the same views and references."""
+        return Rules.of(self.answers.data, self.views, self.candidates[0])
 
     @property
     def objects(self) -> tuple[str, ...]:
@@ -228,6 +235,7 @@ class Recognition:
 
     def template(self, name: str | None = None) -> Template:
         """One template by its name, or the best one of an object; without a name, of the first candidate."""
+        check_type(name, (str, type(None)), "template", TemplateNameError)
         wanted, library = self.candidates[0] if name is None else name, self.answers.data.library
         if wanted in library.objects:
             shown = library.shown[self.names.index(wanted)] if name in self.names else wanted
@@ -318,6 +326,7 @@ def _ranked(
     sizes: NDArray[np.float64],
     zeros: NDArray[np.bool_],
 ) -> tuple[Ranked, ...]:
+    sizes = np.where(zeros, 0.0, sizes)
     order, shares = np.argsort(-sizes, kind="stable"), _shares(sizes)
     return tuple(Ranked(names[i], float(weights[i]), float(shares[i]), bool(zeros[i])) for i in order)
 
@@ -340,7 +349,7 @@ def cost_bounds(answers: Answers, decision: Decision) -> Intervals:
 
 
 def compared_squares(answers: Answers) -> Intervals:
-    """Bound the ||o_j||^2; what the reduced data do not bound is computed where the decision needs it."""
+    """Bound the ||o_j||^2; what the reduced data do not bound is computed here."""
     data = answers.data
     least, most = answers.bounds.squares
     if not data.sound.all():

@@ -10,7 +10,15 @@ from typing import Unpack
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from convexperc.errors import FileFormatError, ImageError, InputError, PictureWarning, TemplateNameError
+from convexperc.errors import (
+    FeatureError,
+    FileFormatError,
+    ImageError,
+    InputError,
+    PictureWarning,
+    TemplateNameError,
+    check_type,
+)
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.features.extraction import describe
 from convexperc.features.folders import Folder
@@ -48,6 +56,10 @@ class References:
     configuration: FeatureConfiguration
     recent: RecentFeatures = field(default_factory=RecentFeatures, repr=False)
 
+    def __post_init__(self) -> None:
+        check_type(self.library, TemplateLibrary, "library")
+        check_type(self.configuration, FeatureConfiguration, "configuration", FeatureError)
+
     @classmethod
     def of(
         cls,
@@ -79,6 +91,7 @@ class References:
         ImageError
             A picture cannot be used; the reference is named.
         """
+        check_type(pictures, Mapping, "references")
         if len(pictures) < 2:
             must = "must show at least two objects"
             remedy = "With one there is nothing to tell it from: it would be recognised in any view."
@@ -115,18 +128,25 @@ class References:
         ------
         FileFormatError
             It is not readable, or holds something else; a library without the configuration of its features,
-            or of others than that describes.
+            or of others than that describes, or of fewer than two objects.
         """
         stored, file = open_columns(path), os.fspath(path)
+        if "features" not in stored.more:
+            must = "must hold the configuration of its features, as References.save writes it"
+            raise FileFormatError(f"{file}: more", value=stored.more, must=must)
         try:
-            configuration = FeatureConfiguration.from_dict(stored.more.get("features"))
+            configuration = FeatureConfiguration.from_dict(stored.more["features"])
             sizes = Modalities.of(configuration.modality_sizes, stored.modalities.d)
         except InputError as error:
             raise placed(file, error) from None
         if sizes.names != stored.modalities.names or not sizes.same(stored.modalities):
             must = "must be those of the configuration in the file"
             raise FileFormatError(f"{file}: modalities", value=stored.modalities.names, must=must)
-        return cls(TemplateLibrary.stored(stored), configuration)
+        library = TemplateLibrary.stored(stored)
+        if len(library.objects) < 2:
+            must = "must name at least two objects: the only one would be recognised in any view"
+            raise FileFormatError(f"{file}: objects", value=list(library.objects), must=must)
+        return cls(library, configuration)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the library with its configuration to a file; see `TemplateLibrary.save`."""
@@ -218,6 +238,8 @@ def left_out(
     ImageError
         A folder cannot be read.
     """
+    check_type(references, bool, "references")
+    check_type(scenes, bool, "scenes")
     found = Folder.of(folder)
     said = [f"{name} ({reason})" for name, reason in found.others]
     if scenes:

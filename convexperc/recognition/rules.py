@@ -10,15 +10,16 @@ give without another look at the features.
 """
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
+from convexperc.errors import check_type
 from convexperc.problem.arrays import binary_exponent
 from convexperc.problem.reduced import ReducedData
-from convexperc.recognition.recognition import Recognition
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +52,10 @@ class Rules:
     disagreeing: tuple[str, ...]
 
     @classmethod
-    def of(cls, found: Recognition) -> "Rules":
-        """Apply all of them; numbers are to rounding."""
-        data, objects, lowest = found.answers.data, found.objects, found.candidates[0]
+    def of(cls, data: ReducedData, robots: Sequence[str], lowest: str) -> "Rules":
+        """Apply all of them; numbers are to rounding. See `Recognition.rules`."""
+        check_type(data, ReducedData, "data")
+        objects = data.library.objects
         views, mean, exponent = _distances(data)
         distances, to_mean = _by_object(data, views), _by_object(data, mean[None])[0]
         nearest = tuple(objects[place] for place in distances.argmin(axis=1).tolist())
@@ -62,7 +64,7 @@ class Rules:
         return cls(
             nearest, _scaled(distances, 2 * exponent), ranked[0], objects[int(to_mean.argmin())],
             objects[int(distances.min(axis=0).argmin())], {name: votes[name] for name in ranked}, lowest,
-            tuple(robot for robot, name in zip(found.views, nearest, strict=True) if name != lowest),
+            tuple(robot for robot, name in zip(robots, nearest, strict=True) if name != lowest),
         )  # fmt: skip
 
 

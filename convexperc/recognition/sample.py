@@ -8,7 +8,7 @@ from importlib.resources import as_file, files
 from importlib.resources.abc import Traversable
 from typing import Any
 
-from convexperc.errors import InputError
+from convexperc.errors import InputError, is_one_of
 from convexperc.features.pictures import read_image
 from convexperc.recognition.references import NamedPictures
 
@@ -44,7 +44,7 @@ def sample_scene(name: str) -> SampleScene:
         There is no such scene.
     """
     scenes = _sample()
-    if name not in scenes:
+    if not is_one_of(name, scenes):
         raise InputError("scene", value=name, must=f"must be one of {', '.join(scenes)}")
     views = ((view["name"], view["file"]) for view in scenes[name]["views"])
     references = ((known["object"], known["file"]) for known in _manifest()["references"])

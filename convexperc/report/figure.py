@@ -14,12 +14,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from convexperc.features.decoding.sizes import MIN_SIDE
 from convexperc.features.pictures import Picture, resize
-from convexperc.features.sizes import MIN_SIDE
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.decision import Decision
 from convexperc.recognition.recognition import Ranked, Recognition
-from convexperc.recognition.rules import Rules
 from convexperc.report.canvas import drawable, settings
 from convexperc.report.tables import labelled, percents, stated
 from convexperc.solution.solution import Status
@@ -110,7 +109,7 @@ class _Sheet:
 
 
 def _draw(sheet: _Sheet, recognition: Recognition, views: Mapping[str, Picture], kind: str) -> bytes:
-    ranking, rules = recognition.ranked_views(), Rules.of(recognition)
+    ranking, rules = recognition.ranked_views(), recognition.rules
     nearest = dict(zip(recognition.views, rules.nearest, strict=True))
     for place, view in enumerate(ranking[: sheet.shown]):
         other = nearest[view.name] if view.name in rules.disagreeing else None

@@ -3,12 +3,14 @@
 import json
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from typing import Any
 
+from convexperc.errors import InputError, check_type
+from convexperc.files import check_json
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.recognition import Ranked, Recognition
-from convexperc.recognition.rules import Rules
-from convexperc.report.records import judgement_record
+from convexperc.report.records import judgement_record, rules_record
 
 SCHEMA = "convexperc/recognition-line/1"
 
@@ -41,10 +43,19 @@ def recognition_line(
     judgement : Judgement, optional
         Of `found`, by a calibration.
     """
+    check_type(found, (Recognition, type(None)), "found")
+    check_type(judgement, (Judgement, type(None)), "judgement")
+    for what, value in (("times", times), ("missing", missing)):
+        check_type(value, Mapping, what)
+    for each in (time, *times.values()):
+        check_type(each, (int, float), "a time")
+        if isinstance(each, int) and each.bit_length() > 1000:
+            raise InputError("a time", value=each, must="must be a number of seconds that float64 holds")
     record: dict[str, Any] = {
         "schema": SCHEMA,
         "time": _finite(time),
         "nanoseconds": nanoseconds,
+        "decision": None,
         "verdict": None,
         "label": None,
         "certified": None,
@@ -68,13 +79,22 @@ def recognition_line(
 
 
 def line_text(record: Mapping[str, Any]) -> str:
-    """Return one line of ASCII, without its end."""
+    """Return one line of ASCII, without its end.
+
+    Raises
+    ------
+    InputError
+        It is no mapping of str to JSON values, or a number in it is not finite.
+    """
+    check_type(record, dict, "record")
+    check_json(record, "record")
     return json.dumps(record, allow_nan=False, separators=(", ", ": "))
 
 
 def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, Any]:
     best = found.template()
     record: dict[str, Any] = {
+        "decision": found.decision.value,
         "verdict": found.statement,
         "label": found.label,
         "certified": found.certified,
@@ -86,7 +106,7 @@ def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, An
         "explained": _interval(found.explained),
         "ranked_views": _ranked(found.ranked_views()),
         "ranked_modalities": _ranked(found.ranked_modalities()),
-        "rules": _rules(Rules.of(found)),
+        "rules": rules_record(found),
         "reason": found.reason,
         "warnings": list(found.warnings),
     }
@@ -95,15 +115,8 @@ def _recognised(found: Recognition, judgement: Judgement | None) -> dict[str, An
     return record
 
 
-def _rules(rules: Rules) -> dict[str, Any]:
-    named = {name: getattr(rules, name) for name in ("mean", "vote", "best_view")}
-    return named | {"votes": rules.votes, "disagreeing": list(rules.disagreeing)}
-
-
 def _ranked(ranking: Iterable[Ranked]) -> list[dict[str, Any]]:
-    return [
-        {"name": each.name, "weight": _finite(each.weight), "share": _finite(each.share)} for each in ranking
-    ]
+    return [asdict(each) | {"weight": _finite(each.weight)} for each in ranking]
 
 
 def _interval(ends: tuple[float, float]) -> dict[str, float | None]:

@@ -1,23 +1,28 @@
 """The live view of a stream: what is recognised now, by which robots, and which are missing."""
 
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Group, RenderableType
+from rich.console import Console, ConsoleOptions, Group, RenderableType
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from convexperc.errors import escaped
-from convexperc.report.tables import above, below, percents
+from convexperc.errors import InputError, check_type, entries, escaped
+from convexperc.report.lines import SCHEMA
+from convexperc.report.tables import above, accepted, below, margin_words, percents
 
 EPOCH = 1e9, 1e10
 """Seconds since the epoch from 2001 to 2286; other times are those of a recording without a clock."""
 WIDTH, BAR, LONGEST = 80, 24, 140
 """Columns of the view, of the longest bar, and of a reason in all; the line of JSON has the whole of it."""
+NAMES, NUMBERS = 19, 33
+"""Columns of the robots' names, for which the bars make room, and of all else beside a bar."""
+MISSING = "missing"
 
 
 def live_view(line: Mapping[str, Any], robots: Iterable[str], rate: float | None = None) -> RenderableType:
@@ -32,7 +37,14 @@ def live_view(line: Mapping[str, Any], robots: Iterable[str], rate: float | None
     rate : float, optional
         Moments a second.
     """
-    parts: list[RenderableType] = [_facts(line, rate), _robots(line, robots), *_missing(line)]
+    check_type(line, Mapping, "line")
+    if line.get("schema") != SCHEMA:
+        raise InputError("line", value=dict(line), must="must be what recognition_line returns")
+    check_type(rate, (int, float, type(None)), "rate")
+    robots = tuple(entries(robots, "robots"))
+    for robot in robots:
+        check_type(robot, str, "a robot's name")
+    parts: list[RenderableType] = [_facts(line, rate), _Robots(line, robots), *_missing(line)]
     parts += [Text(escaped(f"warning: {each}"), style="yellow") for each in line["warnings"]]
     return Panel(Group(*parts), title="convexperc recognize", width=WIDTH, padding=(0, 1))
 
@@ -42,10 +54,10 @@ def _facts(line: Mapping[str, Any], rate: float | None) -> Table:
     grid.add_column(style="dim", no_wrap=True)
     grid.add_column(overflow="fold")
     grid.add_row("object", _object(line))
-    grid.add_row("acceptance", escaped(_acceptance(line["acceptance"])))
+    grid.add_row("acceptance", escaped(accepted(line["acceptance"])))
     grid.add_row("optimum", _bounds(line["optimum"]))
     grid.add_row("margin", escaped(_margin(line)))
-    explained = f"{_percents(line['explained'])} of ||o||^2 by the views" if line["explained"] else "-"
+    explained = f"{percents(_ends(line['explained']))} of ||o||^2 by the views" if line["explained"] else "-"
     grid.add_row("explained", explained)
     if line["rules"] is not None and line["rules"]["disagreeing"]:
         grid.add_row("disagreeing", escaped(", ".join(line["rules"]["disagreeing"])))
@@ -77,14 +89,6 @@ def _object(line: Mapping[str, Any]) -> Text:
     return text
 
 
-def _acceptance(judged: Mapping[str, Any] | None) -> str:
-    """What a calibration says, in the words of the table."""
-    if judged is None:
-        return "not judged, for want of a calibration"
-    names = f" ({', '.join(judged['accepted'])})" if judged["accepted"] else ""
-    return f"{judged['verdict']}{names}: {judged['reason']}"
-
-
 def _refused(judged: Mapping[str, Any]) -> Text:
     """What a calibration says that does not accept the label, or not alone."""
     accepted = judged["accepted"]
@@ -101,15 +105,10 @@ def _either(names: Sequence[str]) -> str:
 
 
 def _margin(line: Mapping[str, Any]) -> str:
-    """How far the next object lies behind, in what the verdict compares the objects by."""
+    """How far the next object lies behind."""
     if line["margin"] is None:
         return "-"
-    measures = {
-        "proved: lowest optimum": "the F* of ",
-        "proved: largest explained fraction": "the F* / ||o||^2 of ",
-    }
-    behind = f"{measures.get(line['verdict'], '')}{line['runner_up']}, the runner-up"
-    return f"{_percents(line['margin'])} below {behind}"
+    return margin_words(_ends(line["margin"]), line["decision"], line["runner_up"])
 
 
 def _bounds(interval: Mapping[str, float | None] | None) -> str:
@@ -120,9 +119,8 @@ def _bounds(interval: Mapping[str, float | None] | None) -> str:
     return f"{ends[0]} <= F* <= {ends[1]}"
 
 
-def _percents(interval: Mapping[str, float]) -> str:
-    """Bounds of a share in per cent."""
-    return percents((interval["lower"], interval["upper"]))
+def _ends(interval: Mapping[str, float]) -> tuple[float, float]:
+    return interval["lower"], interval["upper"]
 
 
 def _clock(line: Mapping[str, Any]) -> str:
@@ -140,21 +138,37 @@ def _speed(line: Mapping[str, Any], rate: float | None) -> str:
     return ", ".join(took if rate is None else [*took, f"{rate:.1f} moments a second"])
 
 
-def _robots(line: Mapping[str, Any], robots: Iterable[str]) -> Table:
-    """A row for each robot, in an order that does not change; a missing one has no weight."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    table.add_column("robot", overflow="fold")
-    for name in ("weight", "share"):
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True, min_width=BAR)
-    table.add_column("view", justify="right", no_wrap=True)
-    ranked = {each["name"]: each for each in line["ranked_views"]}
-    for name in robots:
-        if name in ranked:
-            table.add_row(escaped(name), *_weights(ranked[name]), _offset(line, name))
-        else:
-            table.add_row(escaped(name), "", "", Text("missing", style="red"), "")
-    return table
+@dataclass(frozen=True)
+class _Robots:
+    """A row for each robot, in an order that does not change; a missing one has no weight.
+
+    In a narrow terminal the bars are shorter, and then there are neither bars nor weights.
+    """
+
+    line: Mapping[str, Any]
+    robots: tuple[str, ...]
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
+        names = min(NAMES, max(map(len, self.robots), default=0))
+        yield self._table(min(BAR, options.max_width - names - NUMBERS))
+
+    def _table(self, bar: int) -> Table:
+        wide = bar >= len(MISSING)
+        table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
+        table.add_column("robot", overflow="fold")
+        if wide:
+            table.add_column("weight", justify="right", no_wrap=True)
+        table.add_column("share", justify="right", no_wrap=True)
+        if wide:
+            table.add_column("", no_wrap=True, min_width=bar)
+        table.add_column("view", justify="right", no_wrap=True)
+        ranked = {each["name"]: each for each in self.line["ranked_views"]}
+        for name in self.robots:
+            shown = _weights(ranked[name], bar) if name in ranked else ("", "", Text(MISSING, style="red"))
+            when = _offset(self.line, name) if name in ranked else ""
+            narrow = shown[1] if name in ranked else shown[2]
+            table.add_row(escaped(name), *(shown if wide else (narrow,)), when)
+        return table
 
 
 def _missing(line: Mapping[str, Any]) -> list[Text]:
@@ -165,10 +179,10 @@ def _missing(line: Mapping[str, Any]) -> list[Text]:
     return [Text(escaped(f"{name}: {why}"), style="red") for name, why in reasons]
 
 
-def _weights(entry: Mapping[str, Any]) -> tuple[str, str, Text]:
+def _weights(entry: Mapping[str, Any], bar: int) -> tuple[str, str, Text]:
     weight = "inf" if entry["weight"] is None else f"{entry['weight']:.4f}"
     share = entry["share"] or 0.0
-    return weight, f"{100 * share:.1f} %", Text("\N{FULL BLOCK}" * round(BAR * share), style="blue")
+    return weight, f"{100 * share:.1f} %", Text("\N{FULL BLOCK}" * round(bar * share), style="blue")
 
 
 def _offset(line: Mapping[str, Any], name: str) -> str:

@@ -2,10 +2,10 @@
 
 import os
 from collections.abc import Mapping
-from pathlib import Path
 
-from convexperc.errors import InputError
+from convexperc.errors import InputError, check_type, is_one_of
 from convexperc.features.pictures import Picture
+from convexperc.files import given_path
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.recognition import Recognition
 from convexperc.report.backend import load_matplotlib, require_matplotlib
@@ -24,7 +24,8 @@ def picture_kind(path: str | os.PathLike[str]) -> str:
     MissingExtraError
         Matplotlib is not installed.
     """
-    kind = Path(path).suffix.lower().removeprefix(".")
+    place = given_path(path, "picture", InputError)
+    kind = place.suffix.lower().removeprefix(".")
     if kind not in KINDS:
         raise InputError(f"picture {os.fspath(path)}", value=kind, must="must end in .png or .svg")
     require_matplotlib()
@@ -60,7 +61,10 @@ def recognition_picture(
     MissingExtraError
         Matplotlib is not installed.
     """
-    if kind not in KINDS:
+    check_type(recognition, Recognition, "recognition")
+    check_type(views, Mapping, "views")
+    check_type(judgement, (Judgement, type(None)), "judgement")
+    if not is_one_of(kind, KINDS):
         raise InputError("kind", value=kind, must=f"must be one of {KINDS}")
     missing = [name for name in recognition.views if name not in views]
     if missing:

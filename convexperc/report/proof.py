@@ -16,7 +16,7 @@ import numpy as np
 from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.enclosure.budget import SECONDS, Budget
 from convexperc.enclosure.witness import Data, witnesses
-from convexperc.errors import ConvexpercError, ProblemError
+from convexperc.errors import ConvexpercError, ProblemError, check_type
 from convexperc.problem.files import problem_record
 from convexperc.problem.problem import Problem
 from convexperc.solution.solution import Solution
@@ -57,6 +57,7 @@ def proof_record(solution: Solution, *, seconds: float = SECONDS) -> dict[str, A
         must = "must round to nearest and keep subnormal numbers"
         remedy = "Undo what another library set, or prove in another process."
         raise ConvexpercError("floating-point arithmetic", value=reason, must=must, remedy=remedy)
+    check_type(solution, Solution, "solution")
     problem, data = solution.problem, Data.of(solution.problem, Budget(seconds))
     best = witnesses(data, (solution.w, solution.u), solution.certificate)
     (high, w, u), (low, a, b) = best.primal, best.dual
@@ -81,6 +82,7 @@ def data_digest(problem: Problem) -> str:
     lambda2, lambda3 as float64; for each modality the number of its columns and the columns as int64; all
     little-endian.
     """
+    check_type(problem, Problem, "problem")
     columns = [np.arange(problem.d)[c] for c in problem.modalities]
     parts = [
         SCHEMA.encode("ascii") + b"\0",

@@ -9,13 +9,13 @@ import numpy as np
 from jaxtyping import Float
 
 from convexperc.certificate.certificate import Certificate
+from convexperc.errors import check_type
 from convexperc.features.configuration import FeatureConfiguration
 from convexperc.problem.files import LAMBDAS, hex_floats, partition_record
 from convexperc.problem.optimality import OptimalityResidual
 from convexperc.recognition.calibration import Judgement
 from convexperc.recognition.each_view import EachView
 from convexperc.recognition.recognition import Ranked, Recognition, Template
-from convexperc.recognition.rules import Rules
 from convexperc.solution.solution import Solution
 
 
@@ -28,6 +28,8 @@ def certificate_record(
     digits as identify the float64, 17 at most. An infinite number is the string ``"inf"``, because JSON has
     none. `terms` are on normalised data, where ||o|| is about 1.
     """
+    check_type(certificate, Certificate, "certificate")
+    check_type(residual, (OptimalityResidual, type(None)), "residual")
     lower, upper = certificate.objective
     names = ("relative_gap", "share_of_target", "relative_tolerance", "absolute_tolerance")
     record = {
@@ -55,6 +57,7 @@ def solution_record(solution: Solution) -> dict[str, Any]:
 
     X and o are left out; `problem_record` gives them. Numbers are written as in `certificate_record`.
     """
+    check_type(solution, Solution, "solution")
     problem = solution.problem
     partition = problem.modalities
     seconds = _named({**asdict(solution.timings), "total": solution.timings.total})
@@ -90,6 +93,10 @@ def recognition_record(
     The lowest ``cost`` decides. The solution is that of the best template; `Template.solution` makes others.
     `configuration` is that of the features, if they were extracted from pictures.
     """
+    check_type(recognition, Recognition, "recognition")
+    check_type(configuration, (FeatureConfiguration, type(None)), "configuration")
+    check_type(judgement, (Judgement, type(None)), "judgement")
+    check_type(each_view, (EachView, type(None)), "each_view")
     best = recognition.template()
     return {
         "schema": "convexperc/recognition/5",
@@ -106,7 +113,7 @@ def recognition_record(
         "margin": None if recognition.margin is None else _interval(recognition.margin),
         "explained": _interval(recognition.explained),
         "runner_up": recognition.runner_up,
-        "rules": _rules(recognition),
+        "rules": rules_record(recognition),
         "each_view": None if each_view is None else _each_view(each_view),
         "ranked_for": {"object": best.object, "template": best.name},
         "ranked_views": _ranked(recognition.ranked_views()),
@@ -129,13 +136,6 @@ def _exact(value: float) -> dict[str, float | str]:
     return {"decimal": _plain(value), "hex": float(value).hex()}
 
 
-def _rules(found: Recognition) -> dict[str, Any]:
-    rules = Rules.of(found)
-    names = ("mean", "best_view", "vote", "votes")
-    nearest = dict(zip(found.views, rules.nearest, strict=True))
-    return {**{name: getattr(rules, name) for name in names}, "nearest": nearest}
-
-
 def _each_view(found: EachView) -> dict[str, Any]:
     """The sums of the optima of single views, by object."""
     ends = zip(found.objects, *(end.tolist() for end in found.costs), strict=True)
@@ -146,6 +146,14 @@ def _each_view(found: EachView) -> dict[str, Any]:
         "labels": {robot: alone.label for robot, alone in zip(found.views, found.recognitions, strict=True)},
         "sums": {name: _interval((lower, upper)) for name, lower, upper in ends},
     }
+
+
+def rules_record(found: Recognition) -> dict[str, Any]:
+    """Return what other rules say as plain JSON values; see `Rules`."""
+    rules = found.rules
+    named = {name: getattr(rules, name) for name in ("mean", "best_view", "vote", "votes")}
+    nearest = dict(zip(found.views, rules.nearest, strict=True))
+    return {**named, "nearest": nearest, "disagreeing": list(rules.disagreeing)}
 
 
 def judgement_record(judgement: Judgement) -> dict[str, Any]:

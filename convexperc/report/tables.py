@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from convexperc.errors import escaped
-from convexperc.recognition.rules import Rules
+from convexperc.report.records import judgement_record
 
 if TYPE_CHECKING:
     from convexperc.certificate.certificate import Certificate
@@ -51,7 +51,7 @@ def show_recognition(
     _show_ranking(out, best.name, "modality", ">||u^i||", recognition.ranked_modalities())
     facts = [
         ("label", labelled(recognition)),
-        ("acceptance", accepted(judgement)),
+        ("acceptance", accepted(None if judgement is None else judgement_record(judgement))),
         ("verdict", stated(recognition)),
         *(_margin(recognition) if recognition.label is not None else []),
         ("explained", f"{percents(recognition.explained)} of ||o||^2 by the views"),
@@ -88,12 +88,18 @@ def stated(found: "Recognition") -> str:
     return f"{found.statement}: {found.reason}"
 
 
-def accepted(judgement: "Judgement | None") -> str:
-    """Return what a calibration says, or that there is none."""
-    if judgement is None:
+def accepted(judged: Mapping[str, Any] | None) -> str:
+    """Return what a calibration says, from `judgement_record`, or that there is none."""
+    if judged is None:
         return "not judged, for want of a calibration"
-    names = f" ({', '.join(judgement.accepted)})" if judgement.accepted else ""
-    return f"{judgement.acceptance.value}{names}: {judgement.reason}"
+    names = f" ({', '.join(judged['accepted'])})" if judged["accepted"] else ""
+    return f"{judged['verdict']}{names}: {judged['reason']}"
+
+
+def margin_words(margin: tuple[float, float], decision: str, runner_up: str | None) -> str:
+    """Return how far the next object lies behind, in what the objects are compared by."""
+    what = "F*" if decision == "objective" else "F* / ||o||^2"
+    return f"{percents(margin)} below the {what} of {runner_up}, the runner-up"
 
 
 def reference(name: str, shown: str) -> str:
@@ -139,10 +145,7 @@ def _margin(recognition: "Recognition") -> list[tuple[str, str]]:
     """How far the next object lies behind."""
     if recognition.margin is None:
         return []
-    lower, upper = recognition.margin
-    what = "F*" if recognition.decision.value == "objective" else "F* / ||o||^2"
-    said = f"{percents((lower, upper))} below the {what} of {recognition.runner_up}, the runner-up"
-    return [("margin", said)]
+    return [("margin", margin_words(recognition.margin, recognition.decision.value, recognition.runner_up))]
 
 
 def percents(ends: tuple[float, float]) -> str:
@@ -153,7 +156,7 @@ def percents(ends: tuple[float, float]) -> str:
 
 def _rules(found: "Recognition") -> list[tuple[str, str]]:
     """What other rules say of the same views."""
-    rules = Rules.of(found)
+    rules = found.rules
     votes = ", ".join(f"{name} {count}" for name, count in rules.votes.items())
     said = f"mean of the views: {rules.mean}; best view: {rules.best_view}; votes of the views: {votes}"
     facts = [("other rules", said)]

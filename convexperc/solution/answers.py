@@ -13,6 +13,7 @@ from convexperc.certificate.cases import AnswerBounds
 from convexperc.certificate.data_bounds import DataBounds
 from convexperc.certificate.tolerances import Tolerances
 from convexperc.enclosure.budget import Budget
+from convexperc.errors import InputError, is_integer
 from convexperc.problem.arrays import FeatureVector
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.problem import Problem
@@ -160,16 +161,19 @@ class Answers:
 
     def status(self, j: int) -> Status:
         """What is known of template j."""
+        self._check(j)
         if self.certified[j]:
             return Status.CERTIFIED
         return Status.ENCLOSED if self.enclosed[j] else Status.NOT_CERTIFIED
 
     def problem(self, j: int) -> Problem:
         """Template j's problem as given."""
+        self._check(j)
         return self.data.problem(j, self.penalties)
 
     def u(self, j: int) -> FeatureVector:
         """Recover the feature weights of template j: u^i = t_i X_i' q."""
+        self._check(j)
         if j in self.singles:
             return self.singles[j].u
         unit = math.ldexp(1.0, int(self.data.exponents[j]) - 3 * self.data.x)
@@ -180,6 +184,7 @@ class Answers:
 
         One that was excluded before it was certified is solved now.
         """
+        self._check(j)
         if j in self.singles:
             return self.singles[j]
         problem = self.problem(j)
@@ -194,6 +199,11 @@ class Answers:
         )  # fmt: skip
         del shared
         return found
+
+    def _check(self, j: int) -> None:
+        """Refuse what is no template; one counted from the end would be missed in `singles`."""
+        if not is_integer(j) or not 0 <= j < self.data.p:
+            raise InputError("template", value=j, must=f"must be an integer from 0 to {self.data.p - 1}")
 
     def _result(self, j: int, problem: Problem, scaling: Scaling) -> SolverResult:
         """The reduced answer to template j as the solver's result, in units of the scaling."""

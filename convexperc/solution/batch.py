@@ -12,7 +12,7 @@ from convexperc.certificate.cases import AnswerBounds, Exclusion
 from convexperc.certificate.data_bounds import DataBounds, Points
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.budget import SECONDS, Budget
-from convexperc.errors import StartError
+from convexperc.errors import ProblemError, StartError, entries
 from convexperc.problem.arrays import every, highest
 from convexperc.problem.penalties import Penalties
 from convexperc.problem.reduced import ReducedData
@@ -338,7 +338,7 @@ def solve_path(
     tolerances, last = Tolerances(relative_tolerance, absolute_tolerance), None
     with np.errstate(all="ignore"):
         bounds = DataBounds.of(ReducedData.of(X, O, modalities))
-    for triple in grid:
+    for triple in entries(grid, "grid", ProblemError):
         with np.errstate(all="ignore"):
             last = _answers(bounds, Penalties.of(triple), tolerances, last, Budget(seconds))
         yield last

@@ -10,7 +10,7 @@ from convexperc.certificate.arithmetic import broken_assumption
 from convexperc.certificate.certificate import Certificate, Certifier
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.enclosure.budget import SECONDS, Budget
-from convexperc.errors import InputError, SolverError
+from convexperc.errors import InputError, SolverError, check_type
 from convexperc.problem.arrays import FeatureVector, Vector
 from convexperc.problem.formulation import residuals
 from convexperc.problem.problem import Problem
@@ -82,6 +82,7 @@ def solve(
     SolverError, ArithmeticError, numpy.linalg.LinAlgError
         The solver gave no point at all, and `escalate` is false.
     """
+    check_type(escalate, (bool, type(None)), "escalate")
     tolerances = Tolerances(relative_tolerance, absolute_tolerance)
     return solved(problem, solver, tolerances, Budget(seconds), escalate=escalate)
 

@@ -57,7 +57,7 @@ from convexperc.enclosure.exact_data import ExactData
 from convexperc.enclosure.interval import dual_value, objective_at, primal_value
 from convexperc.enclosure.reduced import ReducedBalls
 from convexperc.enclosure.result import Enclosure
-from convexperc.errors import PointError
+from convexperc.errors import PointError, check_type
 from convexperc.problem.problem import Problem
 from convexperc.solution.solution import Solution
 
@@ -137,6 +137,8 @@ def weight_intervals(
     BudgetError
         `seconds` is no number > 0.
     """
+    check_type(solution, Solution, "solution")
+    check_type(enclosure, (Enclosure, type(None)), "enclosure", PointError)
     problem, budget = solution.problem, Budget(seconds)
     if enclosure is not None and (len(enclosure.exact.w), len(enclosure.exact.t)) != (problem.n, problem.m):
         raise PointError("enclosure", value=enclosure, must="must be that of the solution's problem")

@@ -65,6 +65,20 @@ def test_a_file_is_not_written_among_those_that_are_read(folder, place):
         check_apart({"--picture": Path(place)}, inputs={"--views": Path("seen")})
 
 
+def test_a_file_that_an_entry_of_a_folder_leads_to_is_not_written(folder):
+    (folder / "seen" / "a.json").symlink_to(folder / "in.json")
+    with pytest.raises(InputError, match="--json must not lie in the folder of --views"):
+        check_apart({"--json": Path("in.json")}, inputs={"--views": Path("seen")})
+    (folder / "seen" / "a.json").unlink()
+    check_apart({"--json": Path("in.json")}, inputs={"--views": Path("seen")})
+
+
+@pytest.mark.parametrize("place", ["in.json", "hard.json"])
+def test_an_input_may_be_several_files(folder, place):
+    with pytest.raises(InputError, match="--json must be another file than --view a"):
+        check_apart({"--json": Path(place)}, inputs={"--view a": [Path("seen/x"), Path("in.json")]})
+
+
 @pytest.mark.parametrize(
     ("filled", "read"),
     [("seen", "seen"), ("link/new", "seen"), (".", "in.json"), ("seen", "link/deep"), (".", "seen/deep")],

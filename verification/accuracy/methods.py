@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from convexperc import TemplateLibrary, recognize_path
 from convexperc.errors import InputError
-from convexperc.recognition import EachView, Recognition, Rules, Verdict
+from convexperc.recognition import EachView, Recognition, Verdict
 from verification.accuracy.object_sets import Fold
 from verification.accuracy.scenes import Described, Split, Trial, photograph
 
@@ -125,7 +125,7 @@ class Named:
 def name_by_all(known: Known, trial: Trial, truth: str) -> Named:
     """Apply every method to one scene."""
     found = known.recognise(trial, LAMBDAS)
-    first, rules = found[0], Rules.of(found[0])
+    first, rules = found[0], found[0].rules
     named = [each.candidates for each in found] + [EachView.of(first).candidates]
     scores = [float(truth in candidates) / len(candidates) for candidates in named]
     closest = found[0].objects[int(rules.distances.sum(axis=0).argmin())]

@@ -104,6 +104,17 @@ def test_what_is_left_out_is_said_in_one_line_a_folder(world, tmp_path):
     ]
 
 
+def test_of_many_that_are_left_out_the_line_names_the_first(world, tmp_path):
+    for name in ("cup.png", "can.png"):
+        draw(tmp_path / "known" / name, OBJECTS.index(name[:3]), 0)
+    for number in range(40):
+        (tmp_path / "known" / f"{number:02}.txt").write_bytes(b"x")
+    quick = ["--configuration", world / "quick.json"]
+    done = expect(0, "library", tmp_path / "known", "--out", tmp_path / "k.safetensors", *quick)
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("left out of")]
+    assert line.endswith(", 11.txt (no picture by its name), and 28 more"), line
+
+
 def test_a_link_to_nothing_among_the_references_ends_the_command(world, tmp_path):
     draw(tmp_path / "known" / "cup.png", 0, 0)
     draw(tmp_path / "known" / "can.png", 2, 0)
@@ -217,7 +228,7 @@ def test_what_does_not_fit_is_refused_before_anything_is_written(world, threshol
     assert "leave out --configuration" in again.output
     other = ["--lambda1", 0.5, "--calibration", thresholds[0]]
     failed = expect(2, "recognize", "--references", known, "--views", views, *quick, *other)
-    assert "those of the calibration" in failed.output
+    assert "as the calibration was" in failed.output
     for coverage in (0, 1, 90):
         given = ["--references", known, "--scenes", world / "scenes", *quick, "--out", tmp_path / "t.json"]
         failed = expect(2, "calibrate", *given, "--coverage", coverage)

@@ -24,14 +24,14 @@ from convexperc.cli.main import app
 from convexperc.cli.streams import _Tally
 from convexperc.cli.watching import Watch
 from convexperc.files import json_bytes
-from convexperc.recognition import Calibration, References, Rules, perceive, read_references, sample_scene
+from convexperc.recognition import Calibration, References, perceive, read_references, sample_scene
 from convexperc.report import recognition_line
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 1.0, "lambda3": 0.1}
 KEYS = {
-    "schema", "time", "nanoseconds", "verdict", "label", "certified", "acceptance", "candidates", "best",
-    "optimum", "runner_up", "margin", "explained", "views", "missing", "ranked_views", "ranked_modalities",
-    "rules", "reason", "warnings", "milliseconds",
+    "schema", "time", "nanoseconds", "decision", "verdict", "label", "certified", "acceptance", "candidates",
+    "best", "optimum", "runner_up", "margin", "explained", "views", "missing", "ranked_views",
+    "ranked_modalities", "rules", "reason", "warnings", "milliseconds",
 }  # fmt: skip
 """Of every line."""
 FRAMES = 6
@@ -92,8 +92,8 @@ def test_a_stream_has_a_line_for_each_moment(world, run):  # noqa: F811
         assert [each["name"] for each in line["ranked_modalities"]] == [
             each.name for each in wanted.ranked_modalities()
         ]
-        assert line["rules"]["vote"] == Rules.of(wanted).vote
-        assert line["rules"]["disagreeing"] == list(Rules.of(wanted).disagreeing)
+        assert line["rules"]["vote"] == wanted.rules.vote
+        assert line["rules"]["disagreeing"] == list(wanted.rules.disagreeing)
         assert line["acceptance"] is None
         assert line["milliseconds"] > 0.0
     assert done.stderr.splitlines()[0] == f"{FRAMES} moments: the lowest optimum is proved in {FRAMES}"
@@ -346,6 +346,43 @@ def test_what_does_not_go_together_is_2_and_writes_nothing(world, run, tmp_path,
     assert len(list((run / "husky-1").iterdir())) == FRAMES
 
 
+@pytest.mark.parametrize(
+    ("source", "option", "out", "said"),
+    [
+        ("p/*.png", "--jsonl", "p/1.png", "another file than --view a"),
+        ("p/**", "--jsonl", "p/deep/2.png", "another file than --view a"),
+        ("links", "--jsonl", "p/1.png", "must not lie in the folder of --view a"),
+        ("#.png", "--jsonl", "#.png", "another file than --view a"),
+        ("a#b/run.mcap#/t", "--jsonl", "a#b/run.mcap", "another file than --view a"),
+        ("a#b/run.mcap#/t", "--results", "a#b/run.mcap", "another file than --view a"),
+        ("a#/b/run.mcap#/t", "--results", "a#/b/run.mcap", "another file than --view a"),
+        ("p/*.png", "--results", "p", "neither contain --view a nor lie in it"),
+    ],
+)
+def test_no_source_is_written_to(world, tmp_path, monkeypatch, source, option, out, said):  # noqa: F811
+    """However it is named: by a pattern, by a link in its folder, or as a bag with a # in its path."""
+    for name in ("p/1.png", "p/deep/2.png", "#.png"):
+        draw(tmp_path / name, 2, 0)
+    for name in ("a#b/run.mcap", "a#/b/run.mcap"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(b"no bag")
+    (tmp_path / "links").mkdir()
+    (tmp_path / "links" / "0.png").symlink_to(tmp_path / "p" / "1.png")
+    monkeypatch.chdir(tmp_path)
+    held = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    done = expect(2, *given(world, tmp_path), "--view", f"a={source}", option, out)
+    assert said in done.output
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == held
+
+
+def test_the_pictures_of_an_object_are_not_written_to(world, run):  # noqa: F811
+    deep = next(path for path in (world / "known").rglob("*.png") if path.parent != world / "known")
+    held = deep.read_bytes()
+    done = expect(2, *given(world, run, "husky-1"), "--jsonl", deep)
+    assert "--jsonl must not lie in the folder of --references, " in done.output
+    assert deep.read_bytes() == held
+
+
 def test_what_is_left_out_of_a_folder_is_said_once(world, run, tmp_path):  # noqa: F811
     for k in range(2):
         draw(tmp_path / "a" / f"{k}.png", 2, k)
@@ -564,7 +601,12 @@ def test_three_robots_of_a_bag(bag, tmp_path):
     check_results(out, found)
 
 
-def test_an_interruption_leaves_lines_and_bag_complete_up_to_there(bag, tmp_path):
+@pytest.mark.parametrize(
+    ("asked", "said_last"), [("SIGINT", "interrupted"), ("SIGTERM", "terminated"), ("SIGHUP", "terminated")]
+)
+def test_an_interruption_leaves_lines_and_bag_complete_up_to_there(bag, tmp_path, asked, said_last):
+    """By Ctrl-C, by `kill`, `timeout` and systemd, and by the end of a terminal."""
+    number = getattr(signal, asked)
     known, run = bag
     out, results = tmp_path / "lines.jsonl", tmp_path / "results.mcap"
     given = ["recognize", "--references", known, *robots.views(run), "--jsonl", out, "--results", results]
@@ -575,12 +617,75 @@ def test_an_interruption_leaves_lines_and_bag_complete_up_to_there(bag, tmp_path
     end = time.monotonic() + 60.0
     while not (out.exists() and out.read_text().count("\n") == 3) and time.monotonic() < end:
         time.sleep(0.1)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, said = process.communicate(timeout=60)
-    assert process.returncode == 130, said
+    assert process.returncode == 128 + number, said
+    assert said.decode().splitlines()[-1] == said_last
+    assert b"not used" not in said, "frames that were read ahead"
+    assert [path.name for path in tmp_path.iterdir() if path not in (out, results)] == []
     found = lines(out.read_text())
     assert len(found) == 3
     check_results(results, found)
+
+
+def test_a_moment_is_in_lines_and_bag_before_an_interruption_is_followed(bag, tmp_path, monkeypatch):
+    known, run = bag
+    plain = convexperc.inputs.ResultBag.write
+
+    def interrupted(self, nanoseconds, *rest):
+        if nanoseconds == robots.START + 2 * robots.STEP:
+            signal.raise_signal(signal.SIGINT)
+        plain(self, nanoseconds, *rest)
+
+    monkeypatch.setattr(convexperc.inputs.ResultBag, "write", interrupted)
+    results = tmp_path / "results.mcap"
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        done = expect(130, "recognize", "--references", known, *robots.views(run), "--results", results)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    found = lines(done.stdout)
+    assert len(found) == 3
+    check_results(results, found)
+
+
+FULL = """
+import resource, signal, sys
+from convexperc.__main__ import main
+
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+main()
+"""
+"""The command, where no file may have more than 5000 bytes."""
+
+
+def test_what_cannot_be_written_on_is_2_by_name_and_has_no_half_line(bag, tmp_path):
+    known, run = bag
+    for option, name in (("--jsonl", "x.jsonl"), ("--results", "x.db3"), ("--results", "x.mcap")):
+        out = tmp_path / name
+        given = ["recognize", "--references", known, *robots.views(run), option, out]
+        done = subprocess.run(
+            [sys.executable, "-c", FULL, *map(str, given)], capture_output=True, text=True, check=False,
+            env=environment(),
+        )  # fmt: skip
+        assert done.returncode == 2, done.stderr
+        assert f"error: output {out} must be a" in done.stderr.splitlines()[-1]
+        if option == "--jsonl":
+            assert 1 <= len(lines(out.read_text())) < robots.MOMENTS
+            assert out.read_text().endswith("\n")
+            out.unlink()
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_a_topic_without_messages_is_named(bag, tmp_path):
+    from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: PLC0415
+    from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
+
+    with Writer(tmp_path / "run", version=8, storage_plugin=StoragePlugin.MCAP) as made:
+        made.add_connection("/a", "sensor_msgs/msg/Image", typestore=get_typestore(Stores.ROS2_HUMBLE))
+    done = expect(2, "recognize", "--references", bag[0], "--view", f"a={tmp_path / 'run'}#/a")
+    assert "got 'a: it has no picture'" in done.stderr
 
 
 def test_a_stream_that_fails_leaves_no_half_bag(bag, tmp_path):

@@ -99,6 +99,18 @@ def test_png_color_and_alpha_of_both_depths_with_one_transparent_color_and_inter
                 assert outcome(tmp_path, data) is None, what
 
 
+def test_png_transparency_of_another_length_and_chunks_without_a_name_are_refused(tmp_path):
+    table = chunk(b"PLTE", RGB.reshape(-1, 3)[:16].tobytes())
+    forms = {0: (GRAY, b""), 2: (RGB, b""), 3: (GRAY >> 4, table), 4: (RGBA[..., :2], b""), 6: (RGBA, b"")}
+    lengths = {0: [2], 2: [6], 3: range(1, 17), 4: [], 6: []}
+    for color, (rows, before) in forms.items():
+        for length in range(20):
+            data = png(rows, 8, color, before + chunk(b"tRNS", b"\1" * length))
+            assert (outcome(tmp_path, data) is not None) == (length in lengths[color]), (color, length)
+    for name in (b"t\xceNS", b"t\1NS", b"\xf4RNS", b"tR S"):
+        assert "not of letters" in refusal(tmp_path, png(GRAY, 8, 0, chunk(name, b"\0\1"))), name
+
+
 @pytest.mark.parametrize(
     "extra",
     [

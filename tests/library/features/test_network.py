@@ -18,10 +18,10 @@ import pytest
 
 from convexperc.errors import FeatureError, FileFormatError, MissingExtraError
 from convexperc.features import FeatureConfiguration, RecentFeatures, extract, network_features, resize
-from convexperc.features import network_weights as reading
 from convexperc.features.extraction import raw_blocks, unit_length
-from convexperc.features.network import EFFICIENTNET_LITE0
-from convexperc.features.network_weights import pretrained_weights, read_weights
+from convexperc.features.network import weights as reading
+from convexperc.features.network.provenance import EFFICIENTNET_LITE0
+from convexperc.features.network.weights import pretrained_weights, read_weights
 from convexperc.recognition import References, sample_scene
 
 needs_cnn = pytest.mark.skipif(

@@ -13,8 +13,8 @@ from PIL import ImageFile
 from PIL.WebPImagePlugin import WebPImageFile
 
 from convexperc.errors import ImageError
+from convexperc.features.decoding.sizes import MAX_PIXELS, MIN_SIDE
 from convexperc.features.pictures import as_rgb, is_flat, list_images, read_image, resize, to_gray
-from convexperc.features.sizes import MAX_PIXELS, MIN_SIDE
 
 SIDES = st.integers(MIN_SIDE, 24)
 SEEDS = st.integers(0, 2**32 - 1)

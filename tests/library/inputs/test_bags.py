@@ -140,11 +140,13 @@ def test_frames_without_a_stamp_have_the_time_of_the_recording_and_it_is_said(tm
     path = tmp_path / "run"
     with BagMaker(path) as bag:
         for k in range(4):
-            stamp = 0 if k % 2 else START + k * 10**9
+            stamp = (0, -(10**9))[k // 2] if k % 2 else START + k * 10**9
             bag.compressed("/a", stamp, png(picture(k)), recorded=START + k * 10**9 + 5)
     source = open_source(f"{path}#/a")
     assert [frame.nanoseconds - START for frame in source] == [0, 10**9 + 5, 2 * 10**9, 3 * 10**9 + 5]
-    assert source.remarks == ("2 of 4 frames have no time stamp: their time is that of the recording",)
+    assert source.remarks == (
+        "2 of 4 frames have no time stamp above 0: their time is that of the recording",
+    )
 
 
 @pytest.mark.parametrize("form", ["mcap", "ros1"])
@@ -289,6 +291,18 @@ def test_a_compressed_bag_is_read(tmp_path, name, storage):
         bag.compressed("/a", START, png(picture(9)))
     (frame,) = open_source(f"{tmp_path / name}#/a")
     assert number_of(frame.picture) == 9
+
+
+@pytest.mark.parametrize("form", ["mcap", "db3", "ros1"])
+def test_a_suffix_in_upper_case_is_read_or_refused_for_what_it_is(tmp_path, form):
+    path, _ = made(tmp_path, "ros1" if form == "ros1" else f"{form} file")
+    upper = path.rename(path.with_suffix(path.suffix.upper()))
+    text = f"{upper}#{topic_of('Bob')}"
+    if form == "ros1":
+        assert len(list(open_source(text))) == 10
+        return
+    with pytest.raises(SourceError, match=rf"must end in \.{form}, in lower case.*Rename it"):
+        open_source(text)
 
 
 def test_two_robots_may_have_the_same_topic(tmp_path):

@@ -251,6 +251,13 @@ def test_a_camera_that_is_not_there_is_refused():
         open_source("rtsp://127.0.0.1:9/none", timeout=1.0)
 
 
+def test_a_password_is_not_repeated():
+    """It would stand in the lines and the bag of results, where the camera is missing."""
+    with pytest.raises(SourceError, match=r"stream rtsp://u:\*\*\*@127.0.0.1:9/none") as raised:
+        open_source("rtsp://u:se:cr@t@127.0.0.1:9/none", timeout=1.0)
+    assert "cr@t" not in str(raised.value)
+
+
 class Motion(BaseHTTPRequestHandler):
     """Motion JPEG, as network cameras send it."""
 

@@ -77,15 +77,49 @@ def test_a_mosaic_of_one_colour_gives_that_colour(pattern, depth):
     np.testing.assert_array_equal(made, np.broadcast_to(np.array([200, 120, 40]), made.shape))
 
 
+@pytest.mark.parametrize(
+    ("yuv", "rgb"),
+    [
+        ((16, 128, 128), (0, 0, 0)), ((235, 128, 128), (255, 255, 255)), ((126, 128, 128), (128, 128, 128)),
+        ((81, 90, 240), (255, 0, 0)), ((145, 54, 34), (0, 255, 0)), ((41, 240, 110), (0, 0, 255)),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("encoding", ["yuv422", "uyvy", "yuv422_yuy2", "yuyv"])
+def test_colour_bars_of_the_standard(encoding, yuv, rgb):
+    """Digital values of ITU-R BT.601 at 100 %, which it rounds to whole numbers."""
+    y, u, v = yuv
+    two = [u, y, v, y] if encoding in ("yuv422", "uyvy") else [y, u, y, v]
+    stored = np.tile(np.array(two, dtype=np.uint8).reshape(2, 2), (8, 6, 1))
+    made = image_picture(message(stored, encoding, padding=5), "x")
+    assert made.shape == (8, 12, 3)
+    assert np.abs(made.astype(int) - rgb).max() <= 2
+
+
+def test_each_pixel_has_its_own_luma():
+    y = RNG.integers(16, 236, (8, 12), dtype=np.uint8)
+    for encoding, place in (("yuv422", 1), ("yuyv", 0)):
+        stored = np.full((8, 12, 2), 128, dtype=np.uint8)
+        stored[..., place] = y
+        wanted = np.rint((y.astype(float) - 16) * 255 / 219)
+        made = image_picture(message(stored, encoding), "x")
+        assert np.abs(made - wanted[..., None]).max() <= 1
+
+
+def test_an_odd_width_of_pairs_is_refused():
+    stored = np.full((8, 13, 2), 128, dtype=np.uint8)
+    with pytest.raises(ImageError, match="width must be a multiple of 2 with the encoding yuyv"):
+        image_picture(message(stored, "yuyv"), "x")
+
+
 def test_the_list_of_encodings_is_what_the_documents_say():
     assert set(ENCODINGS) == {
         *(f"{kind}{depth}" for kind in ARRAYS for depth in (8, 16)),
         *(f"bayer_{p}{depth}" for p in ("rggb", "bggr", "gbrg", "grbg") for depth in (8, 16)),
-        "8UC1", "8UC3", "16UC1",
+        "8UC1", "8UC3", "16UC1", "yuv422", "uyvy", "yuv422_yuy2", "yuyv",
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("encoding", ["32FC1", "yuv422", "nv12", "16SC1", "", "RGB8"])
+@pytest.mark.parametrize("encoding", ["32FC1", "nv12", "nv21", "16SC1", "", "RGB8"])
 def test_other_encodings_are_refused_by_name(encoding):
     with pytest.raises(ImageError, match="encoding must be one of") as caught:
         image_picture(message(GRAY, "mono8", encoding=encoding), "topic /a")
@@ -125,6 +159,23 @@ def test_red_and_blue_are_exchanged_where_the_format_says_so():
     np.testing.assert_array_equal(made, RGB[..., ::-1])
     gray = compressed_picture(compressed(png(GRAY), "mono8; png compressed rgb8"), "x")
     np.testing.assert_array_equal(gray, ARRAYS["mono"][1])
+
+
+@pytest.mark.parametrize("alpha", [0, 128, 255])
+def test_the_alpha_of_a_camera_is_left_out_compressed_or_not(alpha):
+    """Also where it is 0 everywhere, as some cameras have it."""
+    pixels = np.dstack([RGB[..., ::-1], np.full(RGB.shape[:2], alpha, np.uint8)])
+    data = np.frombuffer(cv2.imencode(".png", pixels)[1].tobytes(), np.uint8)
+    packed = SimpleNamespace(format="bgra8; png compressed bgra8", data=data)
+    np.testing.assert_array_equal(compressed_picture(packed, "x"), RGB)
+    np.testing.assert_array_equal(image_picture(message(pixels, "bgra8"), "x"), RGB)
+
+
+def test_data_may_be_bytes():
+    """As rospy and some readers of bags give it."""
+    for made in (message(RGB, "rgb8"), message(deep(GRAY), "mono16")):
+        same = SimpleNamespace(**{**vars(made), "data": made.data.tobytes()})
+        np.testing.assert_array_equal(image_picture(same, "x"), image_picture(made, "x"))
 
 
 def test_a_compressed_jpeg_is_near_what_opencv_decodes():

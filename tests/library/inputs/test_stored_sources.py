@@ -168,10 +168,29 @@ def test_a_fifo_that_takes_the_place_of_a_picture_does_not_block(tmp_path):
     assert [frame.picture is not None for frame in source] == [True, False]
 
 
-@pytest.mark.parametrize("option", [{"rate": 0.0}, {"rate": float("nan")}, {"timeout": float("inf")}])
+@pytest.mark.parametrize(
+    "option",
+    [
+        {"rate": 0.0}, {"rate": float("nan")}, {"rate": 1e-300},
+        {"timeout": float("inf")}, {"timeout": 0.0}, {"timeout": float("nan")},
+    ],
+)  # fmt: skip
 def test_a_rate_and_a_timeout_are_finite_and_positive(option):
-    with pytest.raises(InputError, match="finite number > 0"):
+    with pytest.raises(InputError, match=f"{next(iter(option))} must be a finite number >"):
         open_source("x", **option)
+
+
+@pytest.mark.parametrize("number", ["99999999999999999999", "camera:" + "9" * 5000, "2147483648"])
+def test_a_number_that_no_camera_has_is_refused(number):
+    with pytest.raises(SourceError, match="at most 9 digits"):
+        open_source(number)
+
+
+def test_a_folder_that_is_named_by_digits_is_found_by_the_message(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "20231114").mkdir()
+    with pytest.raises(SourceError, match=r"A file or folder of that name is \./20231114"):
+        open_source("20231114")
 
 
 def test_if_one_of_several_cannot_be_opened_the_others_are_closed(tmp_path, monkeypatch):

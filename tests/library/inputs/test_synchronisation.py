@@ -15,6 +15,7 @@ from convexperc.features import Region
 from convexperc.inputs import moments
 from convexperc.inputs.frames import Silence
 from convexperc.inputs.live import Live
+from convexperc.inputs.synchronisation import SHORTEST
 
 coarse = st.integers(0, 24).map(lambda k: k / 4)
 fine = st.floats(0, 6, allow_nan=False)
@@ -273,11 +274,31 @@ def test_a_later_picture_of_another_size_leaves_the_robot_out():
 
 
 @pytest.mark.parametrize(
-    "options", [{"slop": -1.0}, {"slop": math.inf}, {"slop": math.nan}, {"slop": 0.1, "every": 0.0}]
-)
+    "options",
+    [
+        {"slop": -1.0}, {"slop": math.inf}, {"slop": math.nan}, {"slop": 0.1, "every": 0.0},
+        {"slop": 0.1, "every": 1e-9}, {"slop": 0.1, "every": 1e-300}, {"slop": 0.1, "every": math.nan},
+    ],
+)  # fmt: skip
 def test_what_is_out_of_range_is_refused(options):
     with pytest.raises(InputError, match="seconds"):
         moments({"a": Listed([])}, **options)
+
+
+def test_the_shortest_grid_has_different_times_since_the_epoch():
+    found = moments({"a": Listed([1.7e9, 1.7e9 + 1.0])}, slop=0.1, every=SHORTEST)
+    times = [next(found).time for _ in range(1000)]
+    assert len(set(times)) == 1000
+
+
+def test_what_is_read_ahead_is_not_called_unused_before_the_end():
+    found = moments({"a": Listed([0.0, 1.0, 1.01, 2.0])}, slop=0.1, every=1.0)
+    next(found)
+    assert found.counts["a"].waiting > 0
+    assert found.remarks == ()
+    assert [moment.time for moment in found] == [1.0, 2.0]
+    assert (found.counts["a"].waiting, found.counts["a"].unused) == (0, 1)
+    assert "1 of 4 frames not used" in found.remarks[0]
 
 
 def test_no_source_an_unknown_robot_and_a_mixture_are_refused():

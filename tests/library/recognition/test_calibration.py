@@ -99,7 +99,7 @@ def test_another_library_or_number_of_views_is_no_silent_matter():
         TemplateLibrary(OBJECTS[:, :5], names=list("abcde"), objects=list("aacde"), modalities=SIZES),
     ):
         found = recognize(X, other, prune=False, **LAMBDAS)
-        with pytest.raises(CalibrationError, match="those of the calibration"):
+        with pytest.raises(CalibrationError, match="as the calibration was"):
             made.judge(found)
         with pytest.raises(CalibrationError, match="as the first one"):
             Calibration.of([*labelled(1, 2), (found, "a")])
@@ -117,6 +117,13 @@ def test_as_few_scenes_as_said_set_thresholds(coverage):
     found = labelled(1, 1) * count
     assert Calibration.of(found, coverage).share < math.inf
     assert Calibration.of(found[1:], coverage).share == math.inf if count > 1 else True
+
+
+@pytest.mark.parametrize("digits", [6, 9, 12, 15])
+def test_how_many_scenes_a_high_coverage_takes_is_known_at_once(digits):
+    wanted = 2 * 10**digits - 1
+    assert fewest_scenes(1.0 - 10.0**-digits) == pytest.approx(wanted, rel=10.0 ** (digits - 15))
+    assert fewest_scenes(math.nextafter(1.0, 0.0)) > 10**15
 
 
 @pytest.mark.parametrize(
@@ -152,9 +159,9 @@ def test_what_does_not_fit_is_refused():
     other = recognize(X, LIBRARY, lambda1=1.0, lambda2=0.1, lambda3=0.1)
     with pytest.raises(CalibrationError, match="as the first one"):
         Calibration.of([*given, (other, "a")])
-    with pytest.raises(CalibrationError, match="those of the calibration"):
+    with pytest.raises(CalibrationError, match="as the calibration was"):
         made.judge(other)
-    with pytest.raises(CalibrationError, match="those of the calibration"):
+    with pytest.raises(CalibrationError, match="as the calibration was"):
         made.judge(recognize(X, LIBRARY, decision="explained fraction", **LAMBDAS))
 
 

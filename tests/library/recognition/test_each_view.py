@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from convexperc import Problem, TemplateLibrary, recognize, solve
+from convexperc.problem.reduction import Reduction
 from convexperc.recognition import EachView
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 0.1, "lambda3": 0.1}
@@ -93,3 +94,38 @@ def test_lambdas_and_decision_are_those_of_the_recognition():
         assert alone.answers.lambdas == found.answers.lambdas
         assert alone.decision is found.decision
         assert alone.answers.certified.all()
+
+
+def test_the_library_is_not_multiplied_again(monkeypatch):
+    X, library = scene(4)
+    found = recognize(X, library, **LAMBDAS)
+    monkeypatch.setattr(Reduction, "product", None)
+    every = EachView.of(found)
+    monkeypatch.undo()
+    for alone, x in zip(every.recognitions, X, strict=True):
+        wanted = recognize(x[None], library, **LAMBDAS, prune=False)
+        np.testing.assert_allclose(alone.costs, wanted.costs, rtol=1e-8)
+
+
+@pytest.mark.parametrize("exponent", [-900, -90, 90, 900])
+def test_views_of_other_sizes_are_as_each_alone(exponent):
+    """A view far smaller or larger than the others; beyond 2^100 the products of all are not used."""
+    X, library = scene(5)
+    X[1] *= 2.0**exponent
+    found = recognize(X, library, **LAMBDAS)
+    for alone, x in zip(EachView.of(found).recognitions, X, strict=True):
+        lower, upper = recognize(x[None], library, **LAMBDAS, prune=False).costs
+        assert (alone.costs[0] <= upper).all()
+        assert (lower <= alone.costs[1]).all()
+        np.testing.assert_allclose(alone.costs, (lower, upper), rtol=1e-8)
+
+
+def test_views_that_do_not_change_stay_as_they_are_for_a_single_one():
+    """Products that an earlier recognition made serve as well."""
+    X, library = scene(6, n=4)
+    first = recognize(X, library, **LAMBDAS)
+    X = X.copy()
+    X[2] *= 0.5
+    found = recognize(X, library, start=first, **LAMBDAS)
+    wanted = EachView.of(recognize(X, library, **LAMBDAS))
+    np.testing.assert_allclose(EachView.of(found).costs, wanted.costs, rtol=1e-8)

@@ -3,7 +3,6 @@
 import cv2
 import numpy as np
 import pytest
-from jaxtyping import config
 from test_references import KNOWN, LAMBDAS, QUICK, picture
 
 from convexperc.errors import ImageError, InputError, RobotNameError
@@ -12,12 +11,6 @@ from convexperc.recognition import References, Verdict, perceive
 
 REFERENCES = References.of(KNOWN, QUICK)
 FRAMES = {"husky-1": picture("disc", 2), "husky-2": picture("disc", 3), "husky-3": picture("board", 5)}
-
-
-@pytest.fixture
-def untyped():
-    """Arguments of other types than are declared reach the function; the next test is typed again."""
-    config.update("jaxtyping_disable", True)
 
 
 def seen(views, references=REFERENCES, **options):

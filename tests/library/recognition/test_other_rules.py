@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from convexperc import TemplateLibrary, recognize
-from convexperc.recognition.rules import Rules
 
 LAMBDAS = {"lambda1": 0.1, "lambda2": 0.1, "lambda3": 0.1}
 
@@ -27,7 +26,7 @@ def test_the_rules_do_not_depend_on_the_unit(exponent):
     found = recognize(
         X * unit, {"b": [0.0, unit], "a": [unit, 0.0]}, lambda1=0.1, lambda2=0.0, lambda3=0.0, escalate=False
     )
-    rules = Rules.of(found)
+    rules = found.rules
     assert (rules.mean, rules.vote, rules.best_view, rules.nearest) == ("a", "a", "a", ("a", "a"))
     assert not np.isnan(rules.distances).any()
 
@@ -38,7 +37,7 @@ def test_every_rule_is_what_its_definition_says(seed, scale):
     X, library = made(seed, scale)
     lambdas = {"lambda1": 0.1 * scale**2, "lambda2": 0.1 * scale**2, "lambda3": 0.1 * scale**3}
     found = recognize(X, library, escalate=False, **lambdas)
-    rules = Rules.of(found)
+    rules = found.rules
     O, objects = library.O, library.objects
     near = np.array(
         [
@@ -65,8 +64,8 @@ def test_every_rule_is_what_its_definition_says(seed, scale):
 def test_of_equal_votes_the_smaller_sum_of_distances_decides():
     X = np.array([[1.0, 0.0], [0.0, 1.0]])
     O = {"far": [3.0, 0.0], "near": [0.0, 1.5]}
-    assert Rules.of(recognize(X, O, **LAMBDAS)).vote == "near"
-    assert Rules.of(recognize(X, dict(reversed(O.items())), **LAMBDAS)).vote == "near"
+    assert recognize(X, O, **LAMBDAS).rules.vote == "near"
+    assert recognize(X, dict(reversed(O.items())), **LAMBDAS).rules.vote == "near"
 
 
 @pytest.mark.parametrize("decision", ["objective", "explained fraction"])

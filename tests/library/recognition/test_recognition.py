@@ -15,6 +15,7 @@ from convexperc.errors import (
     TemplateNameError,
 )
 from convexperc.files import json_bytes
+from convexperc.problem.library import TemplateLibrary
 from convexperc.recognition.label import decide, recognize
 from convexperc.recognition.recognition import Recognition, Verdict, _shares
 from convexperc.report.records import recognition_record
@@ -51,6 +52,14 @@ def test_the_label_of_separated_templates_is_proved():
     assert best.name == "car"
     assert all(best.interval[1] < t.interval[0] for t in found.templates if t.name != "car"), found.templates
     assert found.warnings == ("all features are 0 of robot 3: such a view shows nothing",)
+
+
+@pytest.mark.parametrize("others", [1.0, 1e-170])
+def test_a_view_whose_square_underflows_is_not_called_zero(others):
+    X = np.array([[others, 0.0], [0.0, 1e-190], [0.0, 0.0]])
+    found = recognize(X, {"a": [1, 0], "b": [0, 2]}, lambda1=1.0, lambda2=0.1, lambda3=0.1)
+    silent = [each for each in found.warnings if "shows nothing" in each]
+    assert silent == ["all features are 0 of robot 3: such a view shows nothing"]
 
 
 def test_a_template_orthogonal_to_every_view_keeps_its_whole_norm():
@@ -285,3 +294,25 @@ def test_weights_beyond_float64_keep_their_ranking_and_their_shares(x, o):
 )
 def test_shares_of_any_size(sizes, shares):
     assert _shares(np.array(sizes)).tolist() == shares
+
+
+@pytest.mark.parametrize("lambda3", [0.1, 0.0])
+def test_what_is_proved_zero_has_no_share(lambda3):
+    """With lambda2 so large that w = u = 0, rounding left norms of 1e-45 and shares of a third each."""
+    rng = np.random.default_rng(5)
+    X, library = rng.random((4, 9)), TemplateLibrary(rng.random((9, 3)), modalities=[3, 3, 3])
+    found = recognize(X, library, lambda1=0.1, lambda2=100.0, lambda3=lambda3)
+    again = recognize(X, library, lambda1=0.1, lambda2=100.0, lambda3=lambda3, start=recognize(
+        X, library, lambda1=0.1, lambda2=0.01, lambda3=lambda3))  # fmt: skip
+    for each in (found, again):
+        ranked = (*each.ranked_views(), *each.ranked_modalities())
+        assert all(entry.share == 0.0 for entry in ranked if entry.proved_zero)
+        assert all(entry.proved_zero for entry in each.ranked_views())
+    assert {entry.weight for entry in found.ranked_modalities()} == {0.0}
+
+
+def test_a_recognition_is_printed_in_a_line():
+    found = recognize(np.eye(2), {"a": [1.0, 0.0], "b": [0.0, 2.0]}, lambda1=1.0, lambda2=0.1, lambda3=0.1)
+    assert repr(found) == (
+        "<Recognition of 2 objects: proved: lowest optimum, candidates ['a'], views ['robot 1', 'robot 2']>"
+    )

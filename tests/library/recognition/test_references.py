@@ -6,7 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from convexperc.errors import ConvexpercError, FeatureError, ImageError, InputError, PictureWarning
+from convexperc import TemplateLibrary
+from convexperc.errors import (
+    ConvexpercError,
+    FeatureError,
+    FileFormatError,
+    ImageError,
+    InputError,
+    PictureWarning,
+)
 from convexperc.features import FeatureConfiguration, extract
 from convexperc.recognition import decided_by, recognize
 from convexperc.recognition.recognition import Verdict
@@ -119,6 +127,36 @@ def test_what_a_folder_of_scenes_leaves_out_is_named(tmp_path):
 def test_one_reference_is_refused():
     with pytest.raises(InputError, match=r"at least two objects.*recognised in any view"):
         References.of({"disc": KNOWN["disc"]}, QUICK)
+
+
+RECORD = QUICK.to_dict()
+FOREIGN = {
+    "nothing": ({}, "more must hold the configuration of its features, as References.save writes it"),
+    "null": ({"features": None}, "feature configuration must be a mapping .* got None"),
+    "a list": ({"features": [1]}, r"feature configuration must be a mapping .* got \[1\]"),
+    "a string": ({"features": "QUICK"}, "feature configuration must be a mapping"),
+    "a part of another type": ({"features": {**RECORD, "color_bins": True}}, "color_bins must be an integer"),
+    "a part that is a list": ({"features": {**RECORD, "normalisation": [1]}}, "normalisation must be one of"),
+    "a huge number": ({"features": {**RECORD, "lbp_radius": 10**400}}, "lbp_radius must be a finite number"),
+    "a network of another type": ({"features": {**RECORD, "network": [1]}}, "network must be a mapping"),
+    "other features": ({"features": {**RECORD, "color_bins": 4}}, "modalities"),
+}
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_a_library_with_other_features_than_it_says_is_refused(tmp_path, name):
+    more, said = FOREIGN[name]
+    References.of(KNOWN, QUICK).library.save(tmp_path / "known", more)
+    with pytest.raises(FileFormatError, match=said):
+        References.load(tmp_path / "known")
+
+
+def test_a_file_of_one_object_is_refused(tmp_path):
+    library = References.of(KNOWN, QUICK).library
+    one = TemplateLibrary({"disc": library.O.T[:2]}, modalities=library.modalities)
+    References(one, QUICK).save(tmp_path / "known")
+    with pytest.raises(FileFormatError, match=r"objects must name at least two objects.*got \['disc'\]"):
+        References.load(tmp_path / "known")
 
 
 def test_equal_references_tie():

@@ -161,6 +161,19 @@ def test_names_cannot_write_to_the_terminal(found):
     assert list(json.loads(written)["missing"]) == list(robots)
 
 
+@pytest.mark.parametrize("width", [36, 40, 50, 60, 80, 200])
+def test_names_shares_and_offsets_are_whole_in_a_narrow_terminal(found, width):
+    text = shown(line_of(found), width=width)
+    assert "\N{HORIZONTAL ELLIPSIS}" not in text
+    rows = {row.split()[1]: row.split()[2:] for row in text.splitlines() if row.split()[1:2]}
+    shares = {each.name: f"{100 * each.share:.1f}" for each in found.ranked_views()}
+    assert shares["spot"] in rows["spot"]
+    assert shares["husky"] in rows["husky"]
+    assert "-30" in rows["husky"]
+    assert "missing" in rows["mast"]
+    assert ("\N{FULL BLOCK}" in text) == (width >= 50)
+
+
 @pytest.mark.parametrize("width", [40, 80, 200])
 def test_the_view_fits_the_terminal_and_keeps_its_width(found, width):
     widths = {

@@ -9,7 +9,6 @@ from made_up_pictures import COLOURS, drawn
 
 from convexperc import FeatureConfiguration
 from convexperc.errors import InputError
-from convexperc.recognition import Rules
 from verification.accuracy import measure as measured
 from verification.accuracy.methods import (
     METHODS,
@@ -206,7 +205,7 @@ def test_the_nearest_object_to_the_mean_is_that_of_the_rules(splits, described, 
         wanted = np.array([far[owners == k].min() for k in range(len(known.library.objects))])
         np.testing.assert_allclose(mean_distances(known.library, trial.X), wanted, rtol=1e-9)
         (found,) = known.recognise(trial, ((0.1, 1.0, 0.1),))
-        assert Rules.of(found).mean == known.library.objects[int(wanted.argmin())]
+        assert found.rules.mean == known.library.objects[int(wanted.argmin())]
         first, second = sorted(wanted)[:2]
         assert nearest_margin(known.library, trial.X) == pytest.approx(1.0 - first / second, rel=1e-6)
 

@@ -60,6 +60,8 @@ def check(image: BmpImageFile, data: bytes) -> None:
     codec, _, offset, layout = image.tile[0]
     if codec == "raw" and isinstance(layout, tuple) and len(data) < offset + layout[1] * image.height:
         raise ValueError("a truncated BMP")
+    if offset < _FILE_HEADER + header + 12 * (compression == _FIELDS and header == 40):
+        raise ValueError("a BMP whose pixels lie in its header")
     size = 3 if header == _OLD_HEADER else 4
     if bits <= 8 and (colors > 1 << bits or _FILE_HEADER + header + colors * size > offset):
         raise ValueError(f"a BMP with a palette of {colors} colors, which do not fit")

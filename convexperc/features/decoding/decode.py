@@ -1,13 +1,14 @@
 """Decoding of picture files: the stored pixels exactly, or an error.
 
-Pillow decodes. Damaged files that it accepts are refused here, and OpenCV decodes the formats that Pillow
-decodes incorrectly.
+Pillow decodes, but JPEG: libjpeg-turbo's warnings of damage, which Pillow hides, are errors in simplejpeg.
+Damaged files that Pillow accepts are refused here, and OpenCV decodes the formats that Pillow decodes
+incorrectly.
 """
 
 import io
-import re
 import struct
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import cv2
@@ -15,42 +16,20 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import ExifTags, Image, ImageFile
 from PIL.BmpImagePlugin import BmpImageFile
-from PIL.JpegImagePlugin import JpegImageFile
 from PIL.PngImagePlugin import PngImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 from PIL.WebPImagePlugin import WebPImageFile
 
 from convexperc.errors import ImageError, PictureWarning
-from convexperc.features import bmp_files, png_files, tiff_files
-from convexperc.features.png_files import PngFile
-from convexperc.features.sizes import SIZES, check_size
-
-
-class _Jpeg(JpegImageFile):
-    """Pillow's JPEG reader without its search for a resolution, which would warn of damaged EXIF."""
-
-    def _read_dpi_from_exif(self) -> None:
-        """Skip the search."""
-
-
-# Pillow's readers themselves: `Image.open` first checks the size against a limit that other code may set.
-_READERS: tuple[tuple[bytes, type[ImageFile.ImageFile]], ...] = (
-    (png_files.SIGNATURE, PngImageFile),
-    (b"\xff\xd8\xff", _Jpeg),
-    (b"BM", BmpImageFile),
-    (b"II*\x00", TiffImageFile),
-    (b"MM\x00*", TiffImageFile),
-    (b"RIFF", WebPImageFile),
-)
-
-# Markers of JPEG segments by ITU-T T.81, table B.1: any of them, those without a length, and the end.
-_JPEG_MARKER = re.compile(rb"\xff([^\x00\xff\xd0-\xd7])")
-_JPEG_BARE, _JPEG_END = (0x01, 0xD8), 0xD9  # TEM and SOI; EOI
+from convexperc.features.decoding import bmp, directory, jpeg, png, tiff
+from convexperc.features.decoding.jpeg import JpegFile
+from convexperc.features.decoding.png import PngFile
+from convexperc.features.decoding.sizes import SIZES, check_size
 
 _BYTE_MAX, _DEEP_BITS, _DEEP_MAX = 255, 16, 2**16 - 1
 
 
-def decode(data: bytes, name: str) -> NDArray[Any]:
+def decode(data: bytes, name: str, *, alpha: bool = True) -> NDArray[Any]:
     """Decode a PNG, JPEG, BMP, TIFF or WebP file, whose format is recognised by its content.
 
     Parameters
@@ -59,6 +38,8 @@ def decode(data: bytes, name: str) -> NDArray[Any]:
         The whole file.
     name : str
         How an error names the picture.
+    alpha : bool
+        Whether an alpha says what is to be seen; otherwise it is left out, whatever it is.
 
     Returns
     -------
@@ -70,15 +51,17 @@ def decode(data: bytes, name: str) -> NDArray[Any]:
     ImageError
         See `convexperc.features.read_image`.
     """
-    reader = next((reader for signature, reader in _READERS if data.startswith(signature)), None)
-    if reader is None:
+    form = next((form for signature, form in _FORMS if data.startswith(signature)), None)
+    if form is None:
         raise ImageError(
             name, value=data[:8], must="must be PNG, JPEG, BMP, TIFF or WebP", remedy="Convert it."
         )
     if ImageFile.LOAD_TRUNCATED_IMAGES:  # set by other code: Pillow then fills missing pixels
         raise ImageError("PIL.ImageFile.LOAD_TRUNCATED_IMAGES", value=True, must="must be False")
     try:
-        pixels = _pixels(reader, data, name)
+        pixels = form(data, name)
+        if pixels.ndim == 3 and pixels.shape[2] == 4:
+            pixels = _seen(pixels) if alpha else pixels[..., :3]
     except (ImageError, MemoryError):
         raise
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as problem:
@@ -91,19 +74,8 @@ def decode(data: bytes, name: str) -> NDArray[Any]:
     return pixels
 
 
-def _pixels(reader: type[ImageFile.ImageFile], data: bytes, name: str) -> NDArray[Any]:
-    if reader is PngImageFile:
-        pixels = _png(data, name)
-    elif reader is BmpImageFile:
-        pixels = _bmp(data, name)
-    elif reader is TiffImageFile:
-        pixels = _tiff(data, name)
-    else:
-        with _opened(reader, data, name) as image:
-            if isinstance(image, JpegImageFile):
-                _check_jpeg(image, data)
-            pixels = _turned(_samples(image), _orientation(image))
-    if pixels.ndim == 3 and pixels.shape[2] == 4 and not pixels[..., 3].any():
+def _seen(pixels: NDArray[Any]) -> NDArray[Any]:
+    if not pixels[..., 3].any():
         raise ValueError("a picture that is transparent everywhere: it shows nothing")
     return pixels
 
@@ -112,7 +84,7 @@ def _opened(
     reader: type[ImageFile.ImageFile], data: bytes, name: str, several: bool = False
 ) -> ImageFile.ImageFile:
     """Read the header, check the size, and say that no picture but the first one is read."""
-    image = reader(io.BytesIO(data))
+    image = reader(io.BytesIO(data))  # not by `Image.open`: other code may set a limit of the size for it
     check_size(image.height, image.width, name)
     if several or getattr(image, "is_animated", False):
         warnings.warn(f"{name} holds several pictures; the first is read", PictureWarning, stacklevel=2)
@@ -123,26 +95,38 @@ def _png(data: bytes, name: str) -> NDArray[Any]:
     file = PngFile.of(data)
     with _opened(PngImageFile, file.data, name, file.several) as image:
         assert isinstance(image, PngImageFile)
-        png_files.check(image, file)
+        png.check(image, file)
         pixels = _samples_by_opencv(file.data) if file.by_opencv else _samples(image, file.depth)
-        return _turned(_filled(pixels, file.stated_bits), _orientation(image))
+        return _turned(_filled(pixels, file.stated_bits), _orientation(image.info.get("exif", b"")))
+
+
+def _jpeg(data: bytes, name: str) -> NDArray[Any]:
+    file = JpegFile.of(data)
+    check_size(file.height, file.width, name)
+    return _turned(jpeg.samples(file), _orientation(file.exif))
+
+
+def _webp(data: bytes, name: str) -> NDArray[Any]:
+    with _opened(WebPImageFile, data, name) as image:
+        return _turned(_samples(image), _orientation(image.info.get("exif", b"")))
 
 
 def _bmp(data: bytes, name: str) -> NDArray[Any]:
-    plain, palette = bmp_files.without_gray(data)
+    plain, palette = bmp.without_gray(data)
     with _opened(BmpImageFile, plain, name) as image:
         assert isinstance(image, BmpImageFile)
-        bmp_files.check(image, data)
-        return _samples(image) if palette is None else bmp_files.samples(image, palette)
+        bmp.check(image, data)
+        return _samples(image) if palette is None else bmp.samples(image, palette)
 
 
 def _tiff(data: bytes, name: str) -> NDArray[Any]:
     with _opened(TiffImageFile, data, name) as image:
         assert isinstance(image, TiffImageFile)
         image.info.pop("xmp", None)  # Pillow would take an orientation from it
-        layout = tiff_files.Layout.of(image)
-        tiff_files.check(image, layout, data)
-        bits, palette = tiff_files.stated_bits(image, layout), tiff_files.named_colors(image, layout)
+        directory.check(data)
+        layout = tiff.Layout.of(image)
+        tiff.check(image, layout, data)
+        bits, palette = tiff.stated_bits(image, layout), tiff.named_colors(image, layout)
         if layout.by_opencv:
             return _filled(_samples_by_opencv(data), bits)
         if palette is None:
@@ -152,6 +136,17 @@ def _tiff(data: bytes, name: str) -> NDArray[Any]:
         if named.ndim == 2:
             return np.asarray(palette[named])
         return np.dstack([palette[named[..., 0]], named[..., 1]])
+
+
+_FORMS: tuple[tuple[bytes, Callable[[bytes, str], NDArray[Any]]], ...] = (
+    (png.SIGNATURE, _png),
+    (jpeg.SIGNATURE, _jpeg),
+    (b"BM", _bmp),
+    (b"II*\x00", _tiff),
+    (b"MM\x00*", _tiff),
+    (b"RIFF", _webp),
+)
+"""What decodes a file, by its first bytes."""
 
 
 def _filled(pixels: NDArray[Any], bits: int) -> NDArray[Any]:
@@ -167,20 +162,6 @@ def _filled(pixels: NDArray[Any], bits: int) -> NDArray[Any]:
         return pixels
     scaled = pixels.astype(np.uint32) * np.uint32(_DEEP_MAX) // np.uint32((1 << bits) - 1)
     return scaled.astype(np.uint16)
-
-
-def _check_jpeg(image: JpegImageFile, data: bytes) -> None:
-    """Require an end marker after the segments; one inside a segment (a thumbnail's) does not count."""
-    if image.mode == "CMYK" and "adobe" not in image.info:
-        raise ValueError("a CMYK JPEG without Adobe's marker, so that 255 may be full ink, or none")
-    position = 2
-    while found := _JPEG_MARKER.search(data, position):
-        marker, position = found[1][0], found.end()
-        if marker == _JPEG_END:
-            return
-        if marker not in _JPEG_BARE:
-            position += int.from_bytes(data[position : position + 2], "big")
-    raise ValueError("a JPEG without its end marker: it is truncated")
 
 
 def _samples_by_opencv(data: bytes) -> NDArray[Any]:
@@ -211,11 +192,11 @@ def _samples(image: ImageFile.ImageFile, depth: int = 8) -> NDArray[Any]:
     return np.asarray(image.convert("RGBA" if image.has_transparency_data else gray))
 
 
-def _orientation(image: ImageFile.ImageFile) -> int:
+def _orientation(stored: bytes) -> int:
     """Return the orientation by EXIF, 1 to 8; 1, unchanged, if it is not readable."""
     exif, tag = Image.Exif(), ExifTags.Base.Orientation
     try:
-        exif.load(image.info.get("exif", b""))
+        exif.load(stored)
     except Warning:  # the caller's filter made it an error; it must not affect the orientation
         if tag not in exif:
             raise

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.errors import FileFormatError, require
-from convexperc.features.network import EFFICIENTNET_LITE0, EXTRA
+from convexperc.features.network.provenance import EFFICIENTNET_LITE0, EXTRA
 
 Weights = dict[str, NDArray[np.generic]]
 """Arrays by the names that the network gives them."""

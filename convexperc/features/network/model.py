@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from convexperc.errors import FeatureError
 from convexperc.features.configuration import FeatureConfiguration
-from convexperc.features.network_weights import pretrained_weights, require_network
+from convexperc.features.network.weights import pretrained_weights, require_network
 from convexperc.features.pictures import Picture, resize
 
 SIDE = 224
@@ -70,7 +70,7 @@ def network_features(image: Picture, configuration: FeatureConfiguration) -> Flo
 def _network() -> Any:
     """Return the network, ready to run; the lock is held."""
     require_network()
-    from convexperc.features import network_graph  # noqa: PLC0415 - imports onnx, which comes with an extra
+    from convexperc.features.network import graph  # noqa: PLC0415 - imports onnx, which comes with an extra
 
-    model = network_graph.onnx_model(pretrained_weights(), SIDE)
+    model = graph.onnx_model(pretrained_weights(), SIDE)
     return cv2.dnn.readNetFromONNX(np.frombuffer(model, np.uint8))

@@ -5,12 +5,13 @@ Source: W3C, Portable Network Graphics (PNG) Specification (Third Edition).
 
 import struct
 import zlib
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 from PIL.PngImagePlugin import PngImageFile
 
-from convexperc.features.inflating import inflated
+from convexperc.features.decoding.inflating import inflated
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
@@ -87,6 +88,10 @@ class PngFile:
         if method or filters or passes > 1:
             raise ValueError(f"a PNG with compression {method}, filters {filters}, interlacing {passes}")
         colors = len(found.get(b"PLTE", b"")) // 3
+        if b"tRNS" in found and len(found[b"tRNS"]) not in _transparencies(color, colors):
+            raise ValueError(
+                f"a PNG with {len(found[b'tRNS'])} bytes of transparency for colour type {color}"
+            )
         bits = max(significant, default=depth)
         return cls(b"".join(kept), b"".join(stream), depth, color, colors, bits, b"fdAT" in found)
 
@@ -96,7 +101,14 @@ class PngFile:
         return self.depth == 16 and self.color != 0
 
 
+def _transparencies(color: int, colors: int) -> Collection[int]:
+    """Return the possible bytes of tRNS: a level, a color, or an opacity for each of the first colors."""
+    return {0: (2,), 2: (6,), 3: range(1, colors + 1)}.get(color, ())
+
+
 def _check_place(kind: bytes, found: dict[bytes, bytes]) -> None:
+    if not kind.isalpha():
+        raise ValueError(f"a PNG with the chunk {kind!r}, whose name is not of letters")
     if kind[:1].isupper() and kind not in _CRITICAL:
         raise ValueError(f"a PNG with the chunk {kind!r}, which affects its pixels and is not known")
     if not found and kind != b"IHDR":

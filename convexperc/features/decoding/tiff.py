@@ -3,7 +3,7 @@
 Source: Adobe, TIFF Revision 6.0, and its Technical Notes 1 and 2 of 1995 and 2002.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from PIL import TiffImagePlugin
 from PIL.TiffImagePlugin import TiffImageFile
 
-from convexperc.features.inflating import inflated
-from convexperc.features.sizes import MAX_BYTES
+from convexperc.features.decoding.inflating import inflated
+from convexperc.features.decoding.jpeg import JpegFile
+from convexperc.features.decoding.sizes import MAX_BYTES, MAX_PIXELS
 
 # Photometric interpretation.
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _YCBCR = 0, 1, 2, 3, 6
@@ -30,7 +31,19 @@ _UNASSOCIATED, _UNSIGNED, _REVERSED = 2, 1, 2  # extra sample; sample format; fi
 _BYTE_MAX, _BYTE_BITS = 255, 8
 _PACKED_BITS = 12  # the only depth between 8 and 16 bits that Pillow opens
 
+_HEADER_BYTES, _SPARE_BYTES = 8, 16
+"""What programs may add to a strip to align it; more speaks for another width or depth than is stated."""
 _YCBCR_SUBSAMPLING, _MAX_VALUE, _S_MAX_VALUE = 530, 281, 341
+
+
+class _Piece(NamedTuple):
+    """A strip or tile, its size in pixels, and its least and largest bytes without compression."""
+
+    data: memoryview
+    height: int
+    width: int
+    needed: int
+    most: int
 
 
 class Layout(NamedTuple):
@@ -89,12 +102,7 @@ def check(image: TiffImageFile, layout: Layout, data: bytes) -> None:
     _check_colors(layout)
     if {*tags.get(tag.SAMPLEFORMAT, ()), _UNSIGNED} != {_UNSIGNED}:
         raise ValueError("a TIFF of signed or floating-point numbers")
-    sized = layout.compression in (_RAW, _JPEG, _DEFLATE, _ADOBE_DEFLATE)
-    if layout.compression not in _READ or (layout.photometric == _YCBCR and not sized):
-        said = f"compression {layout.compression} and photometric {layout.photometric}"
-        raise ValueError(f"a TIFF with {said}, which is not read")
-    if tags.get(tag.PREDICTOR, 1) != 1 and layout.compression not in _PREDICTED:
-        raise ValueError(f"a TIFF with a predictor for compression {layout.compression}, which has none")
+    _check_compression(image, layout)
     planes = layout.apart and layout.samples > 1
     if layout.bits > _BYTE_BITS and (layout.photometric == _WHITE_IS_ZERO or planes):
         raise ValueError(f"a TIFF of {layout.bits} bits with 0 for white or with its colors apart")
@@ -103,11 +111,24 @@ def check(image: TiffImageFile, layout: Layout, data: bytes) -> None:
     if planes and tags.get(tag.FILLORDER, 1) == _REVERSED:
         raise ValueError("a TIFF with its colors apart and its bits reversed")
     left = MAX_BYTES
-    for piece, needed in _pieces(image, layout, data):
+    for piece in _pieces(image, layout, data):
         if layout.compression in (_DEFLATE, _ADOBE_DEFLATE):
-            left -= _whole_size(piece, needed, left)
+            left -= _whole_size(piece, left)
         elif layout.compression == _JPEG:
-            _check_jpeg(piece)
+            _check_jpeg(piece, tags.get(tag.JPEGTABLES, b""), 1 if layout.apart else layout.samples)
+
+
+def _check_compression(image: TiffImageFile, layout: Layout) -> None:
+    """Refuse a compression that is not read, or not with what else is stated."""
+    tags, tag = image.tag_v2, TiffImagePlugin
+    sized = layout.compression in (_RAW, _JPEG, _DEFLATE, _ADOBE_DEFLATE)
+    if layout.compression not in _READ or (layout.photometric == _YCBCR and not sized):
+        said = f"compression {layout.compression} and photometric {layout.photometric}"
+        raise ValueError(f"a TIFF with {said}, which is not read")
+    if tag.BITSPERSAMPLE not in tags and layout.compression not in (_RAW, _DEFLATE, _ADOBE_DEFLATE):
+        raise ValueError("a TIFF that does not state its bits, and of which the size cannot be verified")
+    if tags.get(tag.PREDICTOR, 1) != 1 and layout.compression not in _PREDICTED:
+        raise ValueError(f"a TIFF with a predictor for compression {layout.compression}, which has none")
 
 
 def _check_colors(layout: Layout) -> None:
@@ -121,8 +142,8 @@ def _check_colors(layout: Layout) -> None:
         raise ValueError(f"a TIFF of {layout.samples} samples a pixel, {said}")
 
 
-def _pieces(image: TiffImageFile, layout: Layout, data: bytes) -> Iterator[tuple[memoryview, int]]:
-    """Yield each strip or tile, and its bytes without compression; those of all must be in the file."""
+def _pieces(image: TiffImageFile, layout: Layout, data: bytes) -> Iterator[_Piece]:
+    """Yield each strip or tile; all must be in the file."""
     tags, tag = image.tag_v2, TiffImagePlugin
     width, height = tags[tag.IMAGEWIDTH], tags[tag.IMAGELENGTH]
     if tag.TILEOFFSETS in tags:
@@ -133,17 +154,30 @@ def _pieces(image: TiffImageFile, layout: Layout, data: bytes) -> Iterator[tuple
         offsets, counts = tags[tag.STRIPOFFSETS], tags.get(tag.STRIPBYTECOUNTS, ())
         across, down = width, min(tags.get(tag.ROWSPERSTRIP, height), height)
         heights = [min(down, height - top) for top in range(0, height, down)]
+    if across * down > MAX_PIXELS:
+        raise ValueError(f"a TIFF with a tile of more than {MAX_PIXELS} pixels")
     heights *= layout.samples if layout.apart else 1
     raw = layout.compression == _RAW
     if len(offsets) != len(heights) or len(counts) != len(heights):
         if counts or not raw or len(offsets) != len(heights):
             raise ValueError("a TIFF whose strips do not fill the picture")
         counts = [_raw_bytes(image, layout, across, rows) for rows in heights]
+    _check_places(offsets, counts)
+    most = _raw_bytes(image, layout, across, down) + _SPARE_BYTES
     for offset, count, rows in zip(offsets, counts, heights, strict=True):
         needed = _raw_bytes(image, layout, across, rows)
-        if (raw and count < needed) or offset + count > len(data):
+        if (raw and not needed <= count <= most) or offset + count > len(data):
             raise ValueError("a TIFF whose strips do not fill the picture")
-        yield memoryview(data)[offset : offset + count], needed
+        yield _Piece(memoryview(data)[offset : offset + count], rows, across, needed, most)
+
+
+def _check_places(offsets: Sequence[int], counts: Sequence[int]) -> None:
+    """Refuse strips that overlap each other or the header; equal ones may be stored once."""
+    end = _HEADER_BYTES
+    for offset, count in sorted(set(zip(offsets, counts, strict=True))):
+        if offset < end:
+            raise ValueError("a TIFF whose strips overlap")
+        end = offset + count
 
 
 def _raw_bytes(image: TiffImageFile, layout: Layout, width: int, rows: int) -> int:
@@ -155,18 +189,21 @@ def _raw_bytes(image: TiffImageFile, layout: Layout, width: int, rows: int) -> i
     return int(-(-width * samples * layout.bits // 8) * rows)
 
 
-def _whole_size(piece: memoryview, needed: int, most: int) -> int:
+def _whole_size(piece: _Piece, left: int) -> int:
     """Inflate a strip up to its checksum, which the TIFF decoder does not verify; return its size."""
-    size, ended = inflated(piece, most)
-    if not ended or not needed <= size <= most:
+    size, ended = inflated(piece.data, left)
+    if not ended or not piece.needed <= size <= min(piece.most, left):
         raise ValueError("a TIFF with a strip that does not end where it should")
     return size
 
 
-def _check_jpeg(piece: memoryview) -> None:
-    """Require the end marker, without which the decoder would fill in what is missing."""
-    if bytes(piece[:2]) != b"\xff\xd8" or b"\xff\xd9" not in bytes(piece[-4:]):
-        raise ValueError("a TIFF with a JPEG that does not end where it should")
+def _check_jpeg(piece: _Piece, tables: bytes, components: int) -> None:
+    """Decode a strip by itself: the TIFF decoder hides libjpeg's warnings, and fills in what is missing."""
+    file = JpegFile.of(tables.removesuffix(b"\xff\xd9") + bytes(piece.data[2 if tables else 0 :]))
+    same = file.width == piece.width and len(file.factors) == components
+    if not same or not piece.height <= file.height <= MAX_PIXELS // file.width:
+        raise ValueError("a TIFF with a JPEG of another size than its strip")
+    file.decoded()
 
 
 def named_colors(image: TiffImageFile, layout: Layout) -> NDArray[np.uint8] | None:

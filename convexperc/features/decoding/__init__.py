@@ -1,0 +1,1 @@
+"""Picture files: decoded exactly, or refused with the reason."""
