@@ -117,6 +117,10 @@ EXAMPLES: dict[str, Callable[[list[str]], None]] = {
 """What the examples of each document print; those of one document continue one another."""
 
 
+ELSEWHERE = {"docs/robots.md", "docs/conformance.md"}
+"""Run by tests of their own: test_robots_page.py, test_solver_templates.py."""
+
+
 @pytest.mark.parametrize("document", EXAMPLES)
 def test_the_examples_run_and_print_what_is_proved(interpreter, document):
     done = interpreter.run("".join(blocks(document, "python")))
@@ -126,7 +130,7 @@ def test_the_examples_run_and_print_what_is_proved(interpreter, document):
 
 def test_no_example_is_left_out():
     found = {str(each.relative_to(ROOT)) for each in DOCUMENTS if blocks(each, "python")}
-    assert found == {*EXAMPLES, "CONTRIBUTING.md", "docs/robots.md"}, found  # see test_robots_page.py
+    assert found == {*EXAMPLES, "CONTRIBUTING.md", *ELSEWHERE}, found
 
 
 def test_the_example_of_workers_elsewhere_names_what_there_is():

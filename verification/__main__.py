@@ -7,7 +7,17 @@ import typer
 from convexperc.cli.exits import FAILURES
 from convexperc.cli.program import Program
 from convexperc.errors import require
-from verification.commands import accuracy, campaign, claims, experiments, faults, replay, reports, solvers
+from verification.commands import (
+    accuracy,
+    campaign,
+    claims,
+    conformance,
+    experiments,
+    faults,
+    replay,
+    reports,
+    solvers,
+)
 
 VERIFY = ("cvc5", "hypothesis", "jinja2", "joblib", "jsonschema", "matplotlib", "z3")
 """Modules that the extra `verify` brings; a command imports what it needs before it does anything."""
@@ -39,9 +49,16 @@ report = typer.Typer(add_completion=False, invoke_without_command=True, help=cla
 report.callback()(claims.report)
 report.command("diff", help=claims.DIFF_HELP)(claims.diff)
 
+conform = typer.Typer(add_completion=False, invoke_without_command=True, help=conformance.CONFORM_HELP)
+conform.callback()(conformance.conform)
+conform.command("export", help=conformance.EXPORT_HELP)(conformance.export)
+conform.command("template", help=conformance.TEMPLATE_HELP)(conformance.template)
+conform.command("vectors", help=conformance.VECTORS_HELP)(conformance.made)
+
 app.command("list", help=claims.LISTED_HELP)(claims.listed)
 app.command(help=claims.RUN_HELP)(claims.run)
 app.add_typer(report, name="report")
+app.add_typer(conform, name="conform")
 app.command(help=replay.REPLAY_HELP)(replay.replay)
 app.command(help=faults.FAULTS_HELP)(faults.faults)
 app.command(help=experiments.EXPERIMENTS_HELP)(experiments.experiments)

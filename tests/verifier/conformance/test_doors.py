@@ -1,0 +1,186 @@
+"""Whatever a program does to the protocol is told as its fault, in time; its answer is judged even so."""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from protocol_faults import answer
+
+from convexperc import Problem
+from convexperc.errors import InputError
+from verification.conformance.answers import Answer, Refusal
+from verification.conformance.doors import Command, Module, Results
+from verification.conformance.request import Request
+from verification.conformance.suite import Selection, run
+from verification.conformance.vectors import all_vectors
+
+HERE = Path(__file__).parent
+PROGRAM = HERE / "protocol_faults.py"
+ONE = Selection(only="one-view-00")
+TWO = Selection(only="one-view-0[01]")
+MALFORMED = Selection(only="malformed-0[0-2]")
+
+
+def program(name: str, seconds: float = 20.0) -> Command:
+    return Command([sys.executable, str(PROGRAM), name], seconds=seconds)
+
+
+def test_the_program_without_a_fault_has_none():
+    report = run(program("sound"), Selection(only="one-view-*"))
+    assert report.reached == "L3", report.findings
+    report = run(program("sound"), Selection(only="malformed"))
+    assert not report.failed, report.failed
+
+
+@pytest.mark.parametrize(
+    ("name", "told", "answered"),
+    [
+        ("banner", "not JSON", True),
+        ("debug lines", "iteration 1", True),
+        ("wrong id", "asked was", False),
+        ("no id", "asked was", False),
+        ("one answer late", "first", False),
+        ("no u", "has no u", False),
+        ("too many weights", "w must have", False),
+        ("NaN", "must be finite", False),
+        ("infinity", "must be finite", False),
+        ("numbers as words", "must be a number", False),
+        ("nested", "must be a number", False),
+        ("unknown key", "unknown keys: residual", False),
+        ("error for everything", "error: not today", False),
+        ("error without a reason", "must say why", False),
+        ("answer and error", "error stands beside", False),
+        ("key twice", "a key twice", False),
+        ("a list", "not a JSON object", False),
+        ("two objects in a line", "not JSON", False),
+        ("not UTF-8", "not JSON", True),
+        ("huge output", "a line of more than", False),
+        ("endless lines", "one line after the other", False),
+        ("does not start", "no licence", False),
+        ("ends before it answers", "exit code 3", False),
+        ("crashes", "signal SIGABRT", False),
+        ("never reads", "no answer within", False),
+        ("hangs", "no answer within", False),
+        ("not flushed", "no answer within", False),
+        ("no end of line", "no answer within", False),
+        ("closes its output", "closed its output", False),
+    ],
+)
+def test_a_fault_of_the_protocol_is_named(name: str, told: str, answered: bool):
+    stalls = name in {
+        "wrong id",
+        "no id",
+        "hangs",
+        "never reads",
+        "not flushed",
+        "no end of line",
+        "one answer late",
+    }
+    stalls |= name in {"key twice", "a list", "two objects in a line"}
+    report = run(program(name, 4.0 if stalls else 20.0), ONE)
+    details = [each.detail for each in report.failed if each.level == "L0"]
+    assert details, report.findings
+    assert told in details[0], details
+    assert bool(report.counts("L2")["held"]) is answered, report.findings
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("silent on malformed", "no answer within"),
+        ("ends on malformed", "exit code 4"),
+        ("answers malformed", "answers where an error was due"),
+    ],
+)
+def test_malformed_requests_want_an_error(name: str, told: str):
+    report = run(program(name, 4.0), MALFORMED)
+    assert report.counts("L0")["failed"] == 3, report.findings
+    assert all(told in each.detail for each in report.failed), report.failed
+
+
+def test_an_answer_that_comes_twice_is_seen_with_the_next_request_or_at_the_end():
+    first = run(program("answers twice"), ONE)
+    assert [each.id for each in first.failed] == ["protocol"], first.failed
+    both = run(program("answers twice"), TWO)
+    assert [each.id for each in both.failed] == ["protocol", "one-view-01"], both.failed
+    assert "a second time" in both.failed[1].detail
+
+
+def test_a_program_that_ends_after_each_answer_is_started_again():
+    report = run(program("ends after each"), Selection(only="one-view-0[0-5]"))
+    assert report.counts("L2")["held"] == 6, report.findings
+    assert not report.failed, report.failed
+
+
+def test_a_program_that_never_answers_is_not_started_for_ever():
+    start = time.monotonic()
+    report = run(program("ends before it answers"), Selection(only="random-*"))
+    assert report.counts("L0")["failed"] == len({each.id for each in report.findings})
+    assert sum("was not asked" in each.detail for each in report.failed) >= 6, report.failed
+    assert time.monotonic() - start < 60.0
+
+
+def test_large_requests_do_not_block():
+    report = run(program("sound"), Selection(only="large-0[67]"))
+    assert report.counts("L2")["held"] == 2, report.findings
+    rng = np.random.default_rng(0)
+    large = Problem(rng.random((40, 400)), rng.random(400), lambda1=0.1, lambda2=0.1, lambda3=0.1)
+    with program("never reads", 2.0) as door:
+        assert door.ask(Request("large", large)).faults == ["did not read the request within 2 s"]
+
+
+def test_what_cannot_be_asked_is_misuse():
+    for command in ("", '"open', "no-such-program-here"):
+        with pytest.raises(InputError):
+            Command(command).ask(all_vectors().problems[0].request)
+    with pytest.raises(InputError, match=r"package\.module:function"):
+        Module("solver.py")
+    with pytest.raises(InputError, match=r"\*\.json"):
+        Results(HERE, all_vectors().ids)
+
+
+def test_a_function_has_its_own_process(tmp_path: Path):
+    (tmp_path / "mine.py").write_text(
+        "import os, numpy as np\n"
+        "def sound(X, o, modalities, **weights):\n"
+        "    print('{}')\n"
+        "    from convexperc import Problem, solve\n"
+        "    found = solve(Problem(X, o, modalities=modalities, **weights))\n"
+        "    return found.w.astype(np.float64), found.u\n"
+        "def crash(X, o, modalities, **weights):\n"
+        "    os.abort()\n"
+        "def declines(X, o, modalities, **weights):\n"
+        "    raise NotImplementedError('only three robots')\n"
+    )
+    request = all_vectors().problems[0].request
+    for name, kind in (("sound", Answer), ("declines", Refusal)):
+        door = Module(f"mine:{name}", folder=tmp_path)
+        reply = door.ask(request)
+        assert isinstance(reply.answer, kind), reply
+        assert not reply.faults, reply
+        assert not door.close()
+    reply = Module("mine:crash", folder=tmp_path).ask(request)
+    assert "SIGABRT" in reply.faults[0], reply
+
+
+def test_results_are_read_from_a_folder(tmp_path: Path):
+    asked = run(program("sound"), ONE).requests["one-view-00"]
+
+    found = json.dumps(answer(asked))
+    (tmp_path / "a.jsonl").write_text(f"{found}\nnothing\n")
+    report = run(Results(tmp_path, all_vectors().ids), TWO)
+    assert report.counts("L2")["held"] == 1
+    assert [(each.id, each.detail) for each in report.failed] == [
+        ("protocol", "a.jsonl:2: not JSON, or a key twice: nothing"),
+        ("one-view-01", "no answer"),
+    ]
+    (tmp_path / "b.json").write_text(found)
+    assert "2 answers" in run(Results(tmp_path, all_vectors().ids), ONE).failed[1].detail
+    (tmp_path / "b.json").write_text(found.replace("one-view-00", "one-view-99"))
+    assert (
+        "answers one-view-99, which there is not"
+        in run(Results(tmp_path, all_vectors().ids), ONE).failed[0].detail
+    )

@@ -1,0 +1,171 @@
+"""The commands of the conformance kit: conform, and its export, template and vectors; no mathematics."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from convexperc.files import write_atomic, write_json
+from verification.commands.console import console, say
+from verification.commands.misuse import FAILED, OPEN, misuse
+from verification.commands.progress import progress
+
+CONFORM_HELP = """Judge a solver in any language: every request of the vectors asked, every answer judged.
+
+Exit code 0: nothing failed but what is known to; 1: something failed; 2: misuse; 3: nothing failed, but
+the solver declined requests, or a verdict stayed undecided.
+"""
+EXPORT_HELP = (
+    """Write the requests for a solver that runs elsewhere; `conform --results` reads its answers."""
+)
+TEMPLATE_HELP = """Print a solver to start from, in C or Python."""
+VECTORS_HELP = (
+    """Make the vectors anew, or with --check verify the proof of each that comes with the package."""
+)
+
+Filter = Annotated[
+    str, typer.Option("--filter", metavar="PATTERN", help="Only ids like zero-*, or those with a flag.")
+]
+ProfileName = Annotated[str, typer.Option("--profile", help="float64 or float32.")]
+
+
+def conform(
+    context: typer.Context,
+    module: Annotated[str, typer.Option(metavar="PACKAGE:FUNCTION", help="A Python function.")] = "",
+    command: Annotated[
+        str, typer.Option(metavar="COMMAND", help="A program that reads and writes lines.")
+    ] = "",
+    results: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Answers that were made elsewhere.", file_okay=False)
+    ] = None,
+    profile: ProfileName = "float64",
+    only: Filter = "",
+    known: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Known failures: lines ID LEVEL # why.", dir_okay=False),
+    ] = None,
+    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds for one answer.")] = 10.0,
+    max_examples: Annotated[
+        int, typer.Option(min=0, help="Requests to search beyond the vectors; what fails is shrunk.")
+    ] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write report.html, report.json, junit.xml.", file_okay=False),
+    ] = None,
+) -> None:
+    """Run the command ``conform``."""
+    if context.invoked_subcommand:
+        return
+    from verification.conformance import outputs  # noqa: PLC0415 - keeps --help quick
+    from verification.conformance.doors import Command, Door, Module, Results  # noqa: PLC0415
+    from verification.conformance.searching import search  # noqa: PLC0415
+    from verification.conformance.suite import Selection, read_known, run  # noqa: PLC0415
+    from verification.conformance.vectors import all_vectors  # noqa: PLC0415
+
+    _check_doors(module, command, results, max_examples)
+    selection = Selection(_profile(profile), only)
+    with misuse("--known"):
+        failures = read_known(known) if known is not None else {}
+    if out is not None:
+        with misuse("--out"):
+            out.mkdir(parents=True, exist_ok=True)
+
+    def door() -> Door:
+        if results is not None:
+            return Results(results, all_vectors().ids)
+        return Module(module, seconds=timeout) if module else Command(command, seconds=timeout)
+
+    searched = None
+    with misuse("--module, --command, --results or --filter"), progress() as show:
+        report = run(door(), selection, known=failures, progress=lambda done, all: show("vectors", done, all))  # noqa: A006
+        if max_examples:
+            searched = search(
+                door(), selection.profile, max_examples,
+                progress=lambda done: show("search", min(done, max_examples), max_examples),
+            )  # fmt: skip
+    console().print(outputs.table(report))
+    for line in [] if searched is None else outputs.searched_lines(searched):
+        say(line)
+    if out is not None:
+        with misuse("--out"):
+            write_json(out / "report.json", outputs.as_json(report, searched))
+            write_atomic(out / "junit.xml", outputs.junit(report))
+            write_atomic(out / "report.html", outputs.page(report, searched))
+        say(f"wrote {out / 'report.html'}, report.json and junit.xml")
+    if report.unexpected or (searched is not None and searched.found):
+        raise typer.Exit(FAILED)
+    left = report.open or (searched is not None and (searched.undecided or searched.broken))
+    raise typer.Exit(OPEN if left or report.reached is None else 0)
+
+
+def _check_doors(module: str, command: str, results: Path | None, max_examples: int) -> None:
+    if sum((bool(module), bool(command), results is not None)) != 1:
+        raise typer.BadParameter("give one of --module, --command, --results", param_hint="conform")
+    if results is not None and max_examples:
+        asked = "needs a solver that can be asked: --module or --command"
+        raise typer.BadParameter(asked, param_hint="--max-examples")
+
+
+def _profile(name: str) -> "Profile":  # type: ignore[name-defined]
+    from verification.conformance.profiles import PROFILES  # noqa: PLC0415
+
+    if name not in PROFILES:
+        raise typer.BadParameter(f"must be one of {', '.join(PROFILES)}", param_hint="--profile")
+    return PROFILES[name]
+
+
+def export(
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Write one request a line.", dir_okay=False)],
+    profile: ProfileName = "float64",
+    only: Filter = "",
+) -> None:
+    """Run the command ``conform export``."""
+    from verification.conformance.suite import Selection, lines  # noqa: PLC0415 - keeps --help quick
+
+    with misuse("--filter"):
+        found = lines(Selection(_profile(profile), only))
+    with misuse("--out"):
+        write_atomic(out, "".join(f"{line}\n" for line in found).encode())
+    say(f"wrote {len(found)} requests, one a line, to {out}")
+
+
+def template(
+    language: Annotated[str, typer.Argument(metavar="LANGUAGE", help="c or python.")],
+) -> None:
+    """Run the command ``conform template``."""
+    from importlib.resources import files  # noqa: PLC0415 - keeps --help quick
+
+    names = {"c": "solver.c", "python": "solver.py"}
+    if language not in names:
+        raise typer.BadParameter(f"must be one of {', '.join(names)}", param_hint="LANGUAGE")
+    text = (files("verification.conformance") / "templates" / names[language]).read_text("utf-8")
+    typer.echo(text, nl=False)
+
+
+def made(
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Make them into this folder.", file_okay=False)
+    ] = None,
+    check: Annotated[bool, typer.Option("--check", help="Check the proof of every vector.")] = False,
+) -> None:
+    """Run the command ``conform vectors``."""
+    if check == (out is not None):
+        raise typer.BadParameter("give one of --out and --check")
+    if out is not None:
+        from verification.conformance.making import make  # noqa: PLC0415 - keeps --help quick
+
+        with misuse("--out"), progress() as show:
+            out.mkdir(parents=True, exist_ok=True)
+            make(out, lambda done, total: show("vectors", done, total))
+        return
+    import json  # noqa: PLC0415
+
+    from verification.conformance.vectors import all_vectors, proofs  # noqa: PLC0415
+    from verification.proof_checker import check as checked  # noqa: PLC0415
+
+    verdicts = {name: checked(json.dumps(proof)) for name, proof in proofs(all_vectors())}
+    wrong = {name: verdict.reason for name, verdict in verdicts.items() if not verdict.proved}
+    for name, reason in wrong.items():
+        say(f"{name}: rejected: {reason}")
+    say(f"{len(verdicts) - len(wrong)} of {len(verdicts)} proofs hold")
+    raise typer.Exit(FAILED if wrong else 0)

@@ -1,0 +1,518 @@
+"""Doors: how a solver is asked. A program, a Python function, a folder of answers.
+
+Whatever comes back, or does not, is a fault of the solver, told beside the answer; no door raises over it.
+"""
+
+import json
+import os
+import selectors
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence, Set
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any, Protocol, Self
+
+from convexperc.errors import InputError
+from convexperc.files import parse_json
+from verification.conformance.answers import Answer, AnswerError, Refusal, parsed, read_answer, shown
+from verification.conformance.calling import call
+from verification.conformance.request import Request
+
+SECONDS = 10.0
+"""Time for one answer, unless the caller says otherwise."""
+
+LINGER = 0.2
+"""Seconds in which a program may end by itself once its input is closed; what it still writes is read."""
+
+FRUITLESS = 3
+"""Starts in a row that end before any answer; the program is then not started again."""
+
+LONGEST = 1 << 22
+"""Bytes of an answer beyond the numbers that it must hold: its trace and what surrounds them."""
+
+PER_NUMBER = 64
+"""Bytes that one number of an answer may take."""
+
+KEPT = 2000
+"""Last characters of standard error that a fault shows."""
+
+
+@dataclass
+class Reply:
+    """What came of a request.
+
+    Attributes
+    ----------
+    answer : Answer, Refusal or None
+        None where there is none that can be read.
+    faults : list of str
+        What was wrong with the way it came, or why there is none.
+    seconds : float
+        From the request to the answer.
+    """
+
+    answer: Answer | Refusal | None = None
+    faults: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+
+
+class Door(Protocol):
+    """How a solver is asked.
+
+    Attributes
+    ----------
+    name : str
+        For reports.
+    reads_lines : bool
+        Whether it reads lines as they are, malformed JSON included.
+    """
+
+    name: str
+    reads_lines: bool
+
+    def ask(self, request: Request) -> Reply:
+        """Ask for the answer to a request."""
+
+    def ask_malformed(self, id: str, line: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002
+        """Send a line that is no valid request; return the object that came back, and faults."""
+
+    def close(self) -> list[str]:
+        """End; return the faults that were seen only then, such as a second answer to the last request."""
+
+
+@dataclass
+class _Process:
+    """A running program and what it has written."""
+
+    popen: "subprocess.Popen[bytes]"
+    out: bytearray = field(default_factory=bytearray)
+    err: bytearray = field(default_factory=bytearray)
+    answered: bool = False
+
+    @property
+    def last_words(self) -> str:
+        text = bytes(self.err[-KEPT:]).decode("utf-8", "replace").strip()
+        return f"; its standard error ends: {shown(text[-400:])}" if text else ""
+
+
+class Command:
+    """A program that reads one request a line and writes one answer a line.
+
+    It is started once for many requests, and again after it has ended or was killed.
+
+    Parameters
+    ----------
+    command : str or sequence of str
+        As a shell would split it; no shell runs it.
+    seconds : float
+        Time for one answer.
+    name : str, optional
+        For reports; the command where it is left out.
+    folder : Path, optional
+        Where it runs.
+
+    Raises
+    ------
+    InputError
+        The command is empty or has an open quote, or there is no such program.
+    """
+
+    reads_lines = True
+
+    def __init__(
+        self,
+        command: str | Sequence[str],
+        *,
+        seconds: float = SECONDS,
+        name: str = "",
+        folder: Path | None = None,
+    ) -> None:
+        try:
+            self.words = shlex.split(command) if isinstance(command, str) else list(command)
+        except ValueError as problem:
+            raise InputError("command", value=command, must=f"must be a command line: {problem}") from None
+        if not self.words:
+            raise InputError("command", value=command, must="must name a program")
+        self.name = name or shlex.join(self.words)
+        self.seconds, self.folder = seconds, folder
+        self._process: _Process | None = None
+        self._asked: str = ""
+        self._fruitless = 0
+
+    def ask(self, request: Request) -> Reply:
+        """Ask; see `Door`."""
+        reply, start = Reply(), time.perf_counter()
+        room = LONGEST + PER_NUMBER * (request.problem.n + request.problem.d)
+        for data in self._lines(request.id, request.line, room, reply.faults):
+            try:
+                reply.answer = read_answer(data, request)
+            except AnswerError as fault:
+                reply.faults.append(str(fault))
+        reply.seconds = time.perf_counter() - start
+        return reply
+
+    def ask_malformed(self, id: str, line: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002
+        """Send a malformed line; see `Door`. The answer may have the id null where the line hides its id."""
+        faults: list[str] = []
+        return next(self._lines(id, line, LONGEST, faults, anonymous=True), None), faults
+
+    def close(self) -> list[str]:
+        """Close its input, read what it still writes, and end it."""
+        process, self._process = self._process, None
+        if process is None:
+            return []
+        _close(process.popen.stdin)
+        end = time.monotonic() + LINGER
+        with _listening(process, b"") as ready:
+            while time.monotonic() < end and ready(end):
+                pass
+        _kill(process.popen)
+        return [
+            f"after the last answer: {shown(line)}"
+            for line in bytes(process.out).split(b"\n")
+            if line.strip()
+        ]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def _lines(
+        self,
+        id: str,  # noqa: A002
+        line: str,
+        room: int,
+        faults: list[str],
+        *,
+        anonymous: bool = False,
+    ) -> Iterator[dict[str, Any]]:
+        """Send a line; yield the object that answers it, if one comes in time. Faults are added meanwhile.
+
+        A program that ended in peace after an answer is started again and asked again.
+        """
+        for _ in range(2):
+            process = self._started(faults)
+            if process is None:
+                return
+            before, self._asked = self._asked, id
+            again = process.answered
+            with _listening(process, line.encode() + b"\n") as ready:
+                deadline = time.monotonic() + self.seconds
+                while (got := self._line(process, ready, deadline, room, faults)) is not None:
+                    data = _object(got, faults)
+                    if data is None and len(faults) > FRUITLESS:
+                        self._give_up(process, faults, "writes one line after the other that is no answer")
+                        return
+                    given = None if data is None else data.get("id")
+                    if data is not None and (given == id or (anonymous and given is None)):
+                        process.answered, self._fruitless = True, 0
+                        yield data
+                        return
+                    if data is not None:
+                        faults.append(_stranger(given, id, before))
+            if not (again and process.popen.returncode == 0 and not faults):
+                break
+
+    def _line(
+        self, process: _Process, ready: "_Listening", deadline: float, room: int, faults: list[str]
+    ) -> bytes | None:
+        """The next line; None, with the program given up, where there is none."""
+        while (end := process.out.find(b"\n")) < 0:
+            if len(process.out) > room:
+                self._give_up(process, faults, f"writes a line of more than {room} bytes")
+                return None
+            if not ready(deadline):
+                self._ended(process, faults, ready)
+                return None
+        got = bytes(process.out[:end])
+        del process.out[: end + 1]
+        return got
+
+    def _started(self, faults: list[str]) -> _Process | None:
+        if self._process is not None:
+            return self._process
+        if self._fruitless >= FRUITLESS:
+            faults.append(f"was not asked: it ended {FRUITLESS} times without an answer")
+            return None
+        pipe = subprocess.PIPE
+        try:
+            popen = subprocess.Popen(
+                self.words, stdin=pipe, stdout=pipe, stderr=pipe, cwd=self.folder, start_new_session=True
+            )
+        except OSError as problem:
+            must = f"must name a program that can be started ({problem.strerror})"
+            raise InputError("command", value=self.name, must=must) from None
+        for stream in (popen.stdin, popen.stdout, popen.stderr):
+            if stream is not None:
+                os.set_blocking(stream.fileno(), False)
+        self._process, self._asked = _Process(popen), ""
+        return self._process
+
+    def _ended(self, process: _Process, faults: list[str], ready: Any) -> None:
+        """No answer, and nothing more to read: it has ended, or the time is over."""
+        code = process.popen.poll()
+        if code is None and ready.closed:
+            try:
+                code = process.popen.wait(LINGER)
+            except subprocess.TimeoutExpired:
+                code = None
+        if code == 0 and process.answered and not process.out:
+            self._process = None
+            _kill(process.popen)
+            return
+        if code is not None:
+            how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+            why = f"ended with {how} before it answered{process.last_words}"
+        elif ready.closed:
+            why = f"closed its output before it answered{process.last_words}"
+        elif ready.pending:
+            why = f"did not read the request within {self.seconds:g} s"
+        else:
+            why = f"no answer within {self.seconds:g} s{process.last_words}"
+        self._give_up(process, faults, why)
+
+    def _give_up(self, process: _Process, faults: list[str], why: str) -> None:
+        faults.append(why)
+        _kill(process.popen)
+        self._process = None
+        self._fruitless = 0 if process.answered else self._fruitless + 1
+
+
+class _Listening:
+    """Writes what is pending and reads what comes, whichever is possible, until a deadline."""
+
+    def __init__(self, process: _Process, pending: bytes) -> None:
+        self.process, self.pending, self.closed = process, memoryview(pending), False
+        self.selector = selectors.DefaultSelector()
+        popen = process.popen
+        for stream, found in ((popen.stdout, process.out), (popen.stderr, process.err)):
+            if stream is not None:
+                self.selector.register(stream, selectors.EVENT_READ, found)
+        if pending and popen.stdin is not None:
+            self.selector.register(popen.stdin, selectors.EVENT_WRITE, None)
+
+    def __call__(self, deadline: float) -> bool:
+        """Wait for one event; False once the output is closed or the deadline has passed."""
+        while not self.closed and (left := deadline - time.monotonic()) > 0.0:
+            read = False
+            for key, _ in self.selector.select(left):
+                if key.data is None:
+                    self._write(key.fileobj)
+                else:
+                    read |= self._read(key)
+            if read:
+                return True
+        return False
+
+    def _write(self, stream: Any) -> None:
+        try:
+            self.pending = self.pending[os.write(stream.fileno(), self.pending) :]
+        except BlockingIOError:
+            return
+        except BrokenPipeError:
+            self.pending = self.pending[:0]
+        if not self.pending:
+            self.selector.unregister(stream)
+
+    def _read(self, key: selectors.SelectorKey) -> bool:
+        """Read what is there; whether it was of standard output."""
+        stream: Any = key.fileobj
+        try:
+            chunk = os.read(stream.fileno(), 1 << 16)
+        except BlockingIOError:
+            return False
+        is_out = key.data is self.process.out
+        if chunk:
+            key.data.extend(chunk)
+            if not is_out:
+                del key.data[:-KEPT]
+        else:
+            self.selector.unregister(stream)
+            self.closed |= is_out
+        return is_out and bool(chunk)
+
+
+@contextmanager
+def _listening(process: _Process, pending: bytes) -> Iterator[_Listening]:
+    listening = _Listening(process, pending)
+    try:
+        yield listening
+    finally:
+        listening.selector.close()
+
+
+def _stranger(given: Any, id: str, before: str) -> str:  # noqa: A002
+    """What an answer with another id is."""
+    if before and given == before:
+        return f"answers {shown(before)} a second time"
+    return f"answers with the id {shown(given)}, asked was {shown(id)}"
+
+
+def _object(line: bytes, faults: list[str]) -> dict[str, Any] | None:
+    try:
+        return parsed(line)
+    except AnswerError as fault:
+        faults.append(str(fault))
+        return None
+
+
+def _kill(popen: "subprocess.Popen[bytes]") -> None:
+    """End it and what it has started."""
+    try:
+        os.killpg(popen.pid, signal.SIGKILL)
+    except (ProcessLookupError, PermissionError):
+        popen.kill()
+    popen.wait()
+    for stream in (popen.stdin, popen.stdout, popen.stderr):
+        _close(stream)
+
+
+def _close(stream: IO[bytes] | None) -> None:
+    try:
+        if stream is not None:
+            stream.close()
+    except OSError:  # the program has ended, what was to be written is lost
+        pass
+
+
+class Module(Command):
+    """A Python function ``solve(X, o, modalities, lambda1, lambda2, lambda3)``, in a process of its own.
+
+    There a crash, an endless loop or a print is a finding and harms nobody; `serve` calls the function.
+
+    Parameters
+    ----------
+    place : str
+        ``package.module:function``.
+    """
+
+    reads_lines = False
+
+    def __init__(self, place: str, *, seconds: float = SECONDS, folder: Path | None = None) -> None:
+        module, _, function = place.partition(":")
+        if not all(part.isidentifier() for part in (*module.split("."), *function.split("."))):
+            raise InputError("module", value=place, must="must be package.module:function")
+        serve = [sys.executable, "-m", "verification.conformance.serve", place]
+        super().__init__(serve, seconds=seconds, name=place, folder=folder)
+
+
+class Function:
+    """A Python function that is called in this process: a crash or an endless loop in it is one here.
+
+    Parameters
+    ----------
+    solve : callable
+        ``solve(X, o, modalities, lambda1, lambda2, lambda3)``; see `verification.conformance.calling.call`.
+    """
+
+    reads_lines = False
+
+    def __init__(self, solve: Callable[..., Any]) -> None:
+        self.solve, self.name = solve, getattr(solve, "__qualname__", repr(solve))
+
+    def ask(self, request: Request) -> Reply:
+        """Call it; see `Door`."""
+        reply, start = Reply(), time.perf_counter()
+        data = call(self.solve, request.as_json())
+        reply.seconds = time.perf_counter() - start
+        try:
+            reply.answer = read_answer(data, request)
+        except AnswerError as fault:
+            reply.faults.append(str(fault))
+        return reply
+
+    def ask_malformed(self, id: str, line: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002
+        """Call it with what the line says; see `Door`."""
+        return call(self.solve, json.loads(line)), []
+
+    def close(self) -> list[str]:
+        """Nothing is left over."""
+        return []
+
+
+class Results:
+    """Answers that were made elsewhere: every ``*.json`` and ``*.jsonl`` of a folder, one answer a line.
+
+    Parameters
+    ----------
+    folder : Path
+    known : set of str
+        Every id there is, whether or not it is asked for this time.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, or no such file in it.
+    """
+
+    reads_lines = True
+
+    def __init__(self, folder: Path, known: Set[str]) -> None:
+        self.name, self.known = str(folder), known
+        files = sorted(each for each in folder.glob("*.json*") if each.suffix in {".json", ".jsonl"})
+        if not files:
+            must = "must be a folder with answers in *.json or *.jsonl"
+            raise InputError("results", value=str(folder), must=must)
+        self.found: dict[str, list[dict[str, Any]]] = {}
+        self.nameless: list[dict[str, Any]] = []
+        self.strays: list[str] = []
+        for file in files:
+            for line, text in enumerate(_answers(file), 1):
+                self._take(text, f"{file.name}:{line}")
+
+    def _take(self, text: bytes, place: str) -> None:
+        try:
+            data = parsed(text)
+        except AnswerError as fault:
+            self.strays.append(f"{place}: {fault}")
+            return
+        if isinstance(data.get("id"), str):
+            self.found.setdefault(data["id"], []).append(data)
+        elif "error" in data:
+            self.nameless.append(data)
+        else:
+            self.strays.append(f"{place}: has no id")
+
+    def ask(self, request: Request) -> Reply:
+        """Look the answer up; see `Door`."""
+        reply = Reply()
+        data, reply.faults = self._told(request.id)
+        if data is not None:
+            try:
+                reply.answer = read_answer(data, request)
+            except AnswerError as fault:
+                reply.faults.append(str(fault))
+        return reply
+
+    def ask_malformed(self, id: str, line: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002
+        """Look the answer up; see `Door`. An error without an id answers one line, whichever that was."""
+        if id not in self.found and self.nameless:
+            return self.nameless.pop(), []
+        return self._told(id)
+
+    def _told(self, id: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002
+        found = self.found.get(id, [])
+        faults = [] if len(found) == 1 else [f"{len(found)} answers"] if found else ["no answer"]
+        return (found[0] if found else None), faults
+
+    def close(self) -> list[str]:
+        """What is no answer to any request."""
+        unknown = sorted(set(self.found) - self.known)
+        return self.strays + [f"answers {shown(each)}, which there is not" for each in unknown]
+
+
+def _answers(file: Path) -> list[bytes]:
+    """The answers of a file: its lines, or the whole file where that is one JSON object."""
+    content = file.read_bytes()
+    try:
+        parse_json(content, file.name)
+    except InputError:
+        return [line for line in content.splitlines() if line.strip()]
+    return [content]

@@ -1,0 +1,38 @@
+"""The program behind ``--module``: reads requests, calls a Python function, writes its answers.
+
+``python -m verification.conformance.serve package.module:function``. What the function prints goes to
+standard error, so that it cannot be taken for an answer.
+"""
+
+import importlib
+import json
+import os
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from verification.conformance.calling import call
+
+
+def function(place: str) -> Callable[..., Any]:
+    """The function that ``package.module:function`` names."""
+    module, _, path = place.partition(":")
+    found: Any = importlib.import_module(module)
+    for name in path.split("."):
+        found = getattr(found, name)
+    if not callable(found):
+        raise TypeError(f"{place} is no function")
+    return found  # type: ignore[no-any-return]
+
+
+def serve(place: str) -> None:
+    """Answer every line of standard input until it ends."""
+    with os.fdopen(os.dup(1), "w", encoding="utf-8") as answers:
+        os.dup2(2, 1)
+        solve = function(place)
+        for line in sys.stdin:
+            print(json.dumps(call(solve, json.loads(line)), default=repr), file=answers, flush=True)
+
+
+if __name__ == "__main__":
+    serve(sys.argv[1])
