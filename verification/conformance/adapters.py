@@ -69,7 +69,7 @@ cvxpy_qoco = _cvxpy("QOCO")
 
 def _paper(reading: str) -> Solve:
     def solve(X: Any, o: Any, modalities: Sequence[int], **weights: float) -> Point:
-            problem = Problem(X, o, modalities=list(modalities), **weights)
+        problem = Problem(X, o, modalities=list(modalities), **weights)
         found = run(problem, variant=reading, max_iterations=ITERATIONS)
         return {"w": found.w, "u": found.u, "objective": found.F[-1], "trace": found.F}
 
