@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from convexperc.conic.program import ConeProgram
-from convexperc.problem.arrays import Vector
+from convexperc.conic.program import ConeProgram, Floats
 
 PAD = 1e-9
 """Of the sum of the magnitudes that a bound is made of: a million terms err by 1e-10 of it at most."""
@@ -39,11 +38,11 @@ class Box:
         Infinite where nothing is known.
     """
 
-    lower: Vector
-    upper: Vector
+    lower: Floats
+    upper: Floats
 
 
-def level_box(program: ConeProgram, below: Vector, level: float) -> Box:
+def level_box(program: ConeProgram, below: Floats, level: float) -> Box:
     """Return intervals that contain every feasible x whose objective is at most the level.
 
     Parameters
@@ -73,7 +72,7 @@ def level_box(program: ConeProgram, below: Vector, level: float) -> Box:
     return Box(lower, upper)
 
 
-def _rows_pass(entries: Any, heights: Vector, lower: Vector, upper: Vector) -> None:
+def _rows_pass(entries: Any, heights: Floats, lower: Floats, upper: Floats) -> None:
     """Narrow the intervals by each row once."""
     r, c, a = entries.row, entries.col, entries.data
     least = np.where(a > 0, a * lower[c], a * upper[c])
@@ -92,7 +91,7 @@ def _rows_pass(entries: Any, heights: Vector, lower: Vector, upper: Vector) -> N
         narrow.at(target, c[use], bound[use] + outwards)
 
 
-def _level_pass(q: Vector, D: Vector, room: float, lower: Vector, upper: Vector) -> None:
+def _level_pass(q: Floats, D: Floats, room: float, lower: Floats, upper: Floats) -> None:
     """Narrow the intervals by q'x + 1/2 sum D_j x_j^2 <= room."""
     linear = np.where(q > 0, q * lower, np.where(q < 0, q * upper, 0.0))
     ends = [q * end + D / 2 * end**2 for end in (lower, upper)]
@@ -117,16 +116,16 @@ def _level_pass(q: Vector, D: Vector, room: float, lower: Vector, upper: Vector)
     _narrow(lower, straight & (q < 0), bound - PAD * np.abs(bound) - TINY, np.maximum)
 
 
-def _narrow(target: Vector, where: Any, bound: Vector, narrow: Any) -> None:
+def _narrow(target: Floats, where: Any, bound: Floats, narrow: Any) -> None:
     use = where & np.isfinite(bound)
     target[use] = narrow(target[use], bound[use])
 
 
-def _finite(values: Vector) -> Vector:
+def _finite(values: Floats) -> Floats:
     return np.where(np.isfinite(values), np.abs(values), 0.0)
 
 
-def _inequalities(program: ConeProgram) -> tuple[Any, Vector]:
+def _inequalities(program: ConeProgram) -> tuple[Any, Floats]:
     """Rows a and heights h with a'x <= h at every feasible x, csr_array (k, n) and float64 (k,)."""
     A, b = program.A, program.b
     first, behind = np.arange(program.zeros), np.array(program.nonnegative_rows, dtype=int)
@@ -144,7 +143,7 @@ def _inequalities(program: ConeProgram) -> tuple[Any, Vector]:
     return rows, np.concatenate([heights for _, heights in parts])
 
 
-def _sums(A: Any, b: Vector, C: Any, d: Vector) -> tuple[Any, Vector]:
+def _sums(A: Any, b: Floats, C: Any, d: Floats) -> tuple[Any, Floats]:
     """The sums of two inequalities each, without those whose coefficients have no exact sum."""
     total = A + C
     other = total - A

@@ -14,10 +14,10 @@ from cvxpy.reductions.solvers.qp_solvers.qp_solver import QpSolver
 from cvxpy.reductions.solvers.solver import Solver
 
 from convexperc.conic.exchange import point_of, program_of, with_heights
-from convexperc.conic.program import NoBoundError
+from convexperc.conic.program import Floats, NoBoundError
 from convexperc.conic.proof import ConicInterval, nothing, prove
 from convexperc.errors import InputError, ToleranceError
-from convexperc.problem.arrays import Vector, nonnegative_number
+from convexperc.problem.arrays import nonnegative_number
 
 INTERFACES: dict[str, type[Any]] = {"CLARABEL": CLARABEL, "SCS": SCS, "OSQP": OSQP}
 """CVXPY's interfaces of the solvers whose answers are read."""
@@ -152,7 +152,7 @@ class Certified(Solver):  # type: ignore[misc]
         if x.size != program.n or z.size <= program.kept.max(initial=-1):
             return nothing("the solver's answer does not fit the data", self.relative_tolerance)
 
-        def again(b: Vector) -> Vector | None:
+        def again(b: Floats) -> Floats | None:
             try:
                 return point_of(answer.again(with_heights(answer.data, program.kept, b)))[0]
             except (cp.error.SolverError, ValueError, ArithmeticError):

@@ -15,9 +15,8 @@ import flint
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from convexperc.conic.program import NoBoundError
+from convexperc.conic.program import Floats, NoBoundError
 from convexperc.enclosure.balls import exact_matrix, float_below
-from convexperc.problem.arrays import Vector
 
 LARGEST_BLOCK = 300
 """Variables that P may couple: a product of two matrices of balls of this size takes a second."""
@@ -29,7 +28,7 @@ NEGLIGIBLE = 2.0**-36
 """Least eigenvalues below this share of the largest are taken for 0."""
 
 
-def curvature(P: Any) -> Vector:
+def curvature(P: Any) -> Floats:
     """Return D (n,) such that x'Px >= sum D_j x_j^2 for every x; an entry may be negative.
 
     Parameters

@@ -22,9 +22,8 @@ import numpy as np
 import scipy.linalg
 
 from convexperc.conic.boxes import Box
-from convexperc.conic.program import ConeProgram, NoBoundError, exact, inner, row, times
+from convexperc.conic.program import ConeProgram, Floats, NoBoundError, exact, inner, row, times
 from convexperc.enclosure.balls import Number, Numbers, float_above
-from convexperc.problem.arrays import Vector
 
 LARGEST_SYSTEM = 300
 """Variables without an interval for which z is changed: solving for so many in balls takes seconds."""
@@ -45,11 +44,11 @@ class Terms:
     """
 
     program: ConeProgram
-    below: Vector
+    below: Floats
     box: Box
 
 
-def lower_bound(terms: Terms, x: Vector, z: Vector) -> Number:
+def lower_bound(terms: Terms, x: Floats, z: Floats) -> Number:
     """Return a ball whose lower end no feasible x of the level set falls below.
 
     Parameters
@@ -68,21 +67,31 @@ def lower_bound(terms: Terms, x: Vector, z: Vector) -> Number:
     program = terms.program
     point, dual = exact(x), in_dual_cone(program, exact(z))
     Px = times(program.P, point)
-    r = _residual(program, Px, dual)
-    parts = [_least(terms, j, r[j], point[j]) for j in range(program.n)]
-    without = [j for j, part in enumerate(parts) if part is None]
-    if without:
-        dual = _changed(terms, dual, r, without)
+    total, missing = _sum(terms, _residual(program, Px, dual), point)
+    given, columns = dual, set[int]()
+    while missing:
+        if columns.issuperset(missing):
+            raise NoBoundError(_needed(sorted(columns)))
+        columns.update(missing)  # the change moves the r of others, which may need more of it
+        wanted = sorted(columns)
+        dual = _changed(terms, given, _residual(program, Px, given), wanted)
         r = _residual(program, Px, dual)
-        for j in without:
+        for j in wanted:
             r[j] = flint.arb(0)  # exactly, by the system that the change solves
-        parts = [_least(terms, j, r[j], point[j]) for j in range(program.n)]
-    total = flint.arb(0)
-    for part in parts:
-        if part is None:
-            raise NoBoundError(_needed(without))
-        total += part
+        total, missing = _sum(terms, r, point)
     return total - inner(point, Px) / 2 - inner(exact(program.b), dual) + program.offset
+
+
+def _sum(terms: Terms, r: Numbers, x: Numbers) -> tuple[Number, list[int]]:
+    """The sum of the least terms, and the variables that have none."""
+    total, missing = flint.arb(0), []
+    for j in range(terms.program.n):
+        part = _least(terms, j, r[j], x[j])
+        if part is None:
+            missing.append(j)
+        else:
+            total += part
+    return total, missing
 
 
 def in_dual_cone(program: ConeProgram, z: Numbers) -> Numbers:

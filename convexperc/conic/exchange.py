@@ -7,8 +7,7 @@ import scipy.sparse as sp
 from cvxpy import settings
 from cvxpy.reductions.solvers.solver import Solver
 
-from convexperc.conic.program import ConeProgram, NoBoundError
-from convexperc.problem.arrays import Vector
+from convexperc.conic.program import ConeProgram, Floats, NoBoundError
 
 
 def program_of(data: dict[str, Any], offset: float) -> ConeProgram:
@@ -30,7 +29,7 @@ def program_of(data: dict[str, Any], offset: float) -> ConeProgram:
     return ConeProgram.of(P, data[settings.C], data[settings.A], data[settings.B], offset, data[Solver.DIMS])
 
 
-def with_heights(data: dict[str, Any], kept: Any, b: Vector) -> dict[str, Any]:
+def with_heights(data: dict[str, Any], kept: Any, b: Floats) -> dict[str, Any]:
     """Return the data with another b in the rows that the program kept."""
     found = dict(data)
     heights = [np.asarray(data[name], dtype=np.float64) for name in (settings.B, settings.G) if name in data]
@@ -42,7 +41,7 @@ def with_heights(data: dict[str, Any], kept: Any, b: Vector) -> dict[str, Any]:
     return found
 
 
-def point_of(raw: Any) -> tuple[Vector, Vector]:
+def point_of(raw: Any) -> tuple[Floats, Floats]:
     """Return x and z with P x + q + A'z near 0 from the answer of Clarabel, SCS or OSQP."""
     if isinstance(raw, dict):
         x, z = raw["x"], raw["y"]

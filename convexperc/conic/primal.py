@@ -17,9 +17,8 @@ import flint
 import numpy as np
 import scipy.linalg
 
-from convexperc.conic.program import ConeProgram, NoBoundError, exact, inner, row
+from convexperc.conic.program import ConeProgram, Floats, NoBoundError, exact, inner, row
 from convexperc.enclosure.balls import Number, Numbers, float_above, float_below
-from convexperc.problem.arrays import Vector
 
 LARGEST_SYSTEM = 300
 """Rows s = 0 that have to be solved together."""
@@ -45,8 +44,8 @@ class Repair:
     """
 
     program: ConeProgram
-    lower: Vector
-    upper: Vector
+    lower: Floats
+    upper: Floats
     rests: list[tuple[int, int, list[Cone]]]
     hard: list[int] = field(default_factory=list)
 
@@ -61,7 +60,7 @@ class Repair:
         hard = sorted(single) + [cone[0] for cone in cones if cone[0] not in seen_to]
         return cls(program, lower, upper, rests, hard)
 
-    def near(self, x: Vector) -> Numbers:
+    def near(self, x: Floats) -> Numbers:
         """Return the point that steps 1 to 3 make of x, as balls around its exact coordinates.
 
         Raises
@@ -104,7 +103,7 @@ class Repair:
                 worst = max(worst, float_above(tail.sqrt() - s[rows[0]]), 2.0**-1074)
         return worst
 
-    def tightened(self, margin: float) -> Vector:
+    def tightened(self, margin: float) -> Floats:
         """Return b with less room in the rows that no variable sees to."""
         program = self.program
         found = program.b.copy()
@@ -119,7 +118,7 @@ def upper_bound(program: ConeProgram, point: Numbers) -> float:
     return float_above(program.objective(point))
 
 
-def _intervals(program: ConeProgram) -> tuple[Vector, Vector, set[int]]:
+def _intervals(program: ConeProgram) -> tuple[Floats, Floats, set[int]]:
     """What the rows s >= 0 with one variable say of it, rounded inwards, and which rows these are."""
     lower, upper = np.full(program.n, -np.inf), np.full(program.n, np.inf)
     single = set()
@@ -213,7 +212,7 @@ def _row_slack(program: ConeProgram, i: int, x: Numbers) -> Number:
     return total
 
 
-def _solve_equalities(repair: Repair, x: Vector, found: Numbers) -> None:
+def _solve_equalities(repair: Repair, x: Floats, found: Numbers) -> None:
     """Let variables follow from the others so that all rows s = 0 hold.
 
     Rows with a variable that no other row left has are put aside; what remains is solved as one system.
@@ -244,7 +243,7 @@ def _solve_equalities(repair: Repair, x: Vector, found: Numbers) -> None:
         found[j] = _row_slack(program, i, found) / dict(entries[i])[j]
 
 
-def _room(repair: Repair, x: Vector) -> Vector:
+def _room(repair: Repair, x: Floats) -> Floats:
     """How far each variable may be moved; most where no cone has it."""
     program = repair.program
     inside = np.minimum(x - repair.lower, repair.upper - x)
@@ -255,7 +254,7 @@ def _room(repair: Repair, x: Vector) -> Vector:
     return np.asarray(found, dtype=np.float64)
 
 
-def _solve_together(program: ConeProgram, rows: list[int], room: Vector, found: Numbers) -> None:
+def _solve_together(program: ConeProgram, rows: list[int], room: Floats, found: Numbers) -> None:
     """Solve some rows s = 0 for as many variables, with most room."""
     if len(rows) > LARGEST_SYSTEM:
         raise NoBoundError(f"{len(rows)} equations are coupled, more than {LARGEST_SYSTEM}")

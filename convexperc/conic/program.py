@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from convexperc.caching import cached_property
 from convexperc.enclosure.balls import Number, Numbers
-from convexperc.problem.arrays import Vector
 
+Floats = NDArray[np.float64]
+"""A vector of float64."""
 BITS = 256
 """Precision of every ball of a proof: float64 data leave no more than 2^-200 of it as width."""
 
@@ -47,9 +48,9 @@ class ConeProgram:
     """
 
     P: Any
-    q: Vector
+    q: Floats
     A: Any
-    b: Vector
+    b: Floats
     offset: float
     zeros: int
     nonnegatives: int

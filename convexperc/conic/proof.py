@@ -10,16 +10,15 @@ from convexperc.conic.boxes import level_box
 from convexperc.conic.curvature import curvature
 from convexperc.conic.dual import Terms, lower_bound
 from convexperc.conic.primal import Repair, upper_bound
-from convexperc.conic.program import BITS, ConeProgram, NoBoundError, exact
+from convexperc.conic.program import BITS, ConeProgram, Floats, NoBoundError, exact
 from convexperc.enclosure.balls import float_below, precision
-from convexperc.problem.arrays import Vector
 
 MARGINS = (4.0, 400.0, 40000.0)
 """By how many times the worst violation the constraints are tightened, one after the other."""
 LEAST_MARGIN, MOST_MARGIN = 1e-11, 1e-2
 """Of a tightened row, in its units."""
 
-Again = Callable[[Vector], Vector | None]
+Again = Callable[[Floats], Floats | None]
 """Solve the program with another b; None where that has no answer."""
 
 
@@ -82,7 +81,7 @@ def nothing(reason: str, relative_tolerance: float) -> ConicInterval:
 
 
 def prove(
-    program: ConeProgram, x: Vector, z: Vector, again: Again, relative_tolerance: float
+    program: ConeProgram, x: Floats, z: Floats, again: Again, relative_tolerance: float
 ) -> ConicInterval:
     """Bound the optimal value of a cone program from an answer.
 
@@ -109,7 +108,7 @@ def prove(
     return ConicInterval(lower, upper, relative_tolerance, no_lower, no_upper)
 
 
-def _upper(program: ConeProgram, x: Vector, again: Again) -> tuple[float, str]:
+def _upper(program: ConeProgram, x: Floats, again: Again) -> tuple[float, str]:
     """The objective at a feasible point, or why none is known."""
     try:
         repair = Repair.of(program)
@@ -129,7 +128,7 @@ def _upper(program: ConeProgram, x: Vector, again: Again) -> tuple[float, str]:
     )
 
 
-def _attempt(repair: Repair, x: Vector) -> tuple[float, float]:
+def _attempt(repair: Repair, x: Floats) -> tuple[float, float]:
     """The objective at a point near x, infinite unless it is proved feasible; and what it may miss by."""
     point = repair.near(x)
     violated = repair.violation(point)
@@ -137,7 +136,7 @@ def _attempt(repair: Repair, x: Vector) -> tuple[float, float]:
     return value if math.isfinite(value) else math.inf, violated
 
 
-def _lower(program: ConeProgram, x: Vector, z: Vector, upper: float) -> tuple[float, str]:
+def _lower(program: ConeProgram, x: Floats, z: Floats, upper: float) -> tuple[float, str]:
     """The better of the bounds that the answer and 0 give, or why there is none."""
     value = float(program.objective(exact(x)).mid())
     level = upper if math.isfinite(upper) else value + 1.0 + abs(value)
