@@ -107,11 +107,21 @@ def lasso(lines: list[str]) -> None:
     assert lines[2].startswith("||y - Xb - b0||^2 / (2n) + alpha * l1_ratio"), lines
 
 
+def cvxpy(lines: list[str]) -> None:
+    lower, value, upper = map(float, lines[0].split())
+    assert lower <= upper, lines
+    assert lower * (1 - 1e-6) <= value <= upper * (1 + 1e-6), lines
+    certified, share = lines[1].split()
+    assert certified == "True", lines
+    assert upper - lower <= float(share) * lower, lines
+
+
 EXAMPLES: dict[str, Callable[[list[str]], None]] = {
     "README.md": readme,
     "docs/python.md": python,
     "docs/certificates.md": certificates,
     "docs/lasso.md": lasso,
+    "docs/cvxpy.md": cvxpy,
     "docs/solvers.md": solvers,
 }
 """What the examples of each document print; those of one document continue one another."""
