@@ -7,7 +7,17 @@ import typer
 from convexperc.cli.exits import FAILURES
 from convexperc.cli.program import Program
 from convexperc.errors import require
-from verification.commands import accuracy, campaign, claims, experiments, faults, replay, reports, solvers
+from verification.commands import (
+    accuracy,
+    campaign,
+    claims,
+    experiments,
+    faults,
+    lassos,
+    replay,
+    reports,
+    solvers,
+)
 
 VERIFY = ("cvc5", "hypothesis", "jinja2", "joblib", "jsonschema", "matplotlib", "z3")
 """Modules that the extra `verify` brings; a command imports what it needs before it does anything."""
@@ -50,6 +60,7 @@ app.command(help=accuracy.ACCURACY_HELP)(accuracy.accuracy)
 app.command(help=reports.REPORTS_HELP)(reports.reports)
 app.command(help=solvers.FAMILIES_HELP)(solvers.families)
 app.command(help=campaign.CAMPAIGN_HELP)(campaign.campaign)
+app.command(help=lassos.LASSOS_HELP)(lassos.lassos)
 app.command(help=solvers.CHECK_HELP)(solvers.check)
 app.command(help=solvers.BENCH_HELP)(solvers.bench)
 

@@ -146,6 +146,9 @@ def _sparse_group(given: Given) -> Penalties:
 def _group_and_l1(given: Given) -> Penalties:
     l1 = (given.l1_reg, np.ones(given.p))
     if given.groups is None:
+        if given.weights is not None:
+            must, remedy = "must be left out where there are no groups", "Pass groups=range(p)."
+            raise ProblemError("weights", value=given.weights, must=must, remedy=remedy)
         return _penalties(given, l1=(given.alpha + given.l1_reg, np.ones(given.p)))
     return _penalties(given, l1=l1, group=(given.alpha, given.rooted))
 

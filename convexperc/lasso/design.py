@@ -27,6 +27,9 @@ class Design(Protocol):
     def shape(self) -> tuple[int, int]:
         """(n, p)."""
 
+    def largest(self) -> float:
+        """The largest absolute value of an entry."""
+
     def scaled(self, exponent: int) -> "Design":
         """X * 2^exponent; what underflows is off by at most 2^-1074."""
 
@@ -56,6 +59,10 @@ class DenseDesign:
     def shape(self) -> tuple[int, int]:
         """(n, p)."""
         return self.X.shape[0], self.X.shape[1]
+
+    def largest(self) -> float:
+        """See `Design`."""
+        return max(float(self.X.max()), -float(self.X.min()))
 
     def scaled(self, exponent: int) -> Design:
         """See `Design`."""
@@ -121,6 +128,10 @@ class SparseDesign:
 
     def _with(self, data: Vector) -> Any:
         return type(self.X)((data, self.X.indices, self.X.indptr), shape=self.X.shape)
+
+    def largest(self) -> float:
+        """See `Design`."""
+        return float(np.abs(self.X.data).max(initial=0.0))
 
     def scaled(self, exponent: int) -> Design:
         """See `Design`."""

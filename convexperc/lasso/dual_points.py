@@ -114,7 +114,9 @@ def _unit(columns: Matrix, entry_error: float) -> tuple[Matrix, float]:
     """Columns times powers of two, the largest entry of each in [1/2, 1); and how far entries may be off."""
     exponents = np.frexp(np.abs(columns).max(axis=0, initial=0.0))[1]
     scaled = np.ldexp(columns, -exponents[None, :])
-    return scaled, 2.0**-1074 + (math.ldexp(entry_error, -int(exponents.min())) if entry_error else 0.0)
+    return scaled, 2.0**-1074 + (
+        math.ldexp(entry_error, -int(exponents.min(initial=0))) if entry_error else 0.0
+    )
 
 
 def _independent(every: Matrix, root: Vector) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

@@ -24,7 +24,7 @@ from convexperc.problem.arrays import Vector, times_power_of_two
 from convexperc.problem.scaling import Bounds
 
 MODERATE = 64
-"""Data whose lengths have a binary exponent of at most this stay as they are."""
+"""Data whose largest entry has a binary exponent of at most this stay as they are."""
 UNITS = 2.0**-48
 """Coefficients are known to 16 units in the last place: more than P can lose by it, as a share."""
 
@@ -69,15 +69,13 @@ class ScaledData:
     @classmethod
     def of(cls, given: LeastSquares) -> "ScaledData":
         """Scale by powers of two where the data are far from 1."""
-        plain = _lengths(given.design, None)
-        x, k = _exponent(plain), _exponent(np.abs(given.y))
+        x, k = _exponent(given.design.largest()), _exponent(float(np.abs(given.y).max()))
         design, y = given.design.scaled(-x), times_power_of_two(given.y, -k)
         error = 0.0 if x == k == 0 else 2.0**-1074
         n = y.size
         loss = Coefficients.of(given.loss.factor, given.loss.weights, 0, "the loss")
         if loss.upper.size == 1:
-            plain = plain if x == 0 else _lengths(design, None)
-            lengths = plain * math.sqrt(float(loss.upper[0])) * (1.0 + 4 * U)
+            lengths = _lengths(design, None) * math.sqrt(float(loss.upper[0])) * (1.0 + 4 * U)
             loss = Coefficients(np.repeat(loss.lower, n), np.repeat(loss.upper, n))
         else:
             lengths = _lengths(design, loss.upper)
@@ -117,9 +115,8 @@ class ScaledData:
         return found
 
 
-def _exponent(lengths: NDArray[np.float64]) -> int:
-    largest = float(lengths.max(initial=0.0))
-    exponent = math.frexp(largest)[1] if 0.0 < largest < math.inf else 0
+def _exponent(largest: float) -> int:
+    exponent = math.frexp(largest)[1]
     return exponent if abs(exponent) > MODERATE else 0
 
 
