@@ -40,6 +40,9 @@ STEPS = 30
 INDEPENDENT = 2.0**-26
 """Columns whose part beside the others is a smaller share of them are taken to depend on these."""
 
+BELOW = 2.0**-10
+"""A free column with b >= 0 is left out where v_j is below 0 by this share of |x_j| ||t||."""
+
 
 @dataclass(frozen=True, eq=False)
 class Ray:
@@ -150,14 +153,17 @@ def _parallel(one: Vector, other: Vector) -> bool:
 
 
 def rays(data: ScaledData, answer: ScaledAnswer) -> Iterator[Ray]:
-    """What the residual suggests; with b >= 0, free columns that are not used need not be met at once."""
+    """What the residual suggests, made orthogonal to the free columns.
+
+    With b >= 0 a free column needs v_j <= 0 alone: those that are far below are left out at first.
+    """
     t = data.loss.lower * answer.residual.mid
     if not np.isfinite(t).all():
         return
     free = data.free.nonzero()[0]
     if data.positive and free.size:
-        some = np.intersect1d(free, answer.used)
-        ray = Ray.of(data, t, some)
+        pull = data.design.pulls(Ray.of(data, t, free[:0]).t0)[free]
+        ray = Ray.of(data, t, free[pull > -BELOW * data.lengths[free] * _length(data.loss, t)])
         yield ray
         if not (ray.v.mid[free] + ray.v.rad[free] > 0.0).any():
             return
