@@ -4,31 +4,27 @@ import warnings
 
 import numpy as np
 import pytest
-from sklearn.exceptions import ConvergenceWarning
 from sklearn.linear_model import ElasticNet, Lasso
 
 from convexperc.lasso import certify, certify_lasso
 
 
-def test_scikit_learn_27928_a_tiny_strength_ends_far_from_the_optimum():
-    """256 samples of 512 columns, no noise, alpha = 0.01/256: no warning at the usual tol.
+def test_scikit_learn_27928_a_tiny_strength_ends_far_from_the_optimum_without_a_warning():
+    """256 samples of 512 columns, no noise, alpha = 0.01/256, the usual tol.
 
-    The report is of several targets at once; one target shows the same.
+    The report is of several targets at once; with its seed one target shows the same.
     """
-    rng = np.random.default_rng(27928)
-    X = rng.standard_normal((256, 512))
-    u = np.zeros(512)
-    u[rng.choice(512, 25, replace=False)] = rng.standard_normal(25)
+    rng = np.random.RandomState(114514)
+    X, u = rng.randn(256, 512), np.zeros(512)
+    u[rng.choice(512, 25, replace=False)] = rng.randn(25)
     y = X @ u
-    with warnings.catch_warnings(record=True) as seen:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
         estimator = Lasso(alpha=0.01 / 256, fit_intercept=False).fit(X, y)
-    quiet = not any(isinstance(each.message, ConvergenceWarning) for each in seen)
     found = certify(estimator, X, y)
     best = certify_lasso(X, y, u, 0.01 / 256)  # the point that made the data: its value is an upper bound
     assert not found.certified
-    assert found.objective[0] > 2.0 * best.upper, "more than twice the optimum, by proof"
-    assert quiet or found.relative_gap > 1.0, "and the package need not have said so"
+    assert found.objective[0] > 3.0 * best.upper, "more than three times the optimum, by proof"
     assert found.lower <= best.upper
 
 
