@@ -179,7 +179,7 @@ READERS: dict[str, Callable[[Any, int], Reading]] = {
 """By package and class; celer's, which are made from scikit-learn's, come before these."""
 
 
-def _adelie(state: Any, at: int) -> Reading:
+def _adelie(state: Any, at: Any) -> Reading:
     """One fit of the path that a state of adelie holds; its weights add up to 1."""
     if any(each is not None for each in state.constraints):
         raise InputError("constraints", value="given", must="must be left out: the objective has none")
@@ -200,14 +200,14 @@ def _adelie(state: Any, at: int) -> Reading:
     }
 
 
-def _adelie_estimator(estimator: Any, at: int) -> Reading:
+def _adelie_estimator(estimator: Any, at: Any) -> Reading:
     _refuse(estimator, family="gaussian")
     return _adelie(estimator.state_, at)
 
 
 STATES = ("adelie.gaussian_naive_base",)
 """What is no estimator, but the result of a fit."""
-PATHS: dict[str, Callable[[Any, int], Reading]] = {
+PATHS: dict[str, Callable[[Any, Any], Reading]] = {
     "adelie.GroupElasticNet": _adelie_estimator,
     **dict.fromkeys(STATES, _adelie),
 }
