@@ -14,6 +14,7 @@ from verification.commands import (
     conformance,
     experiments,
     faults,
+    lassos,
     replay,
     reports,
     solvers,
@@ -67,6 +68,7 @@ app.command(help=accuracy.ACCURACY_HELP)(accuracy.accuracy)
 app.command(help=reports.REPORTS_HELP)(reports.reports)
 app.command(help=solvers.FAMILIES_HELP)(solvers.families)
 app.command(help=campaign.CAMPAIGN_HELP)(campaign.campaign)
+app.command(help=lassos.LASSOS_HELP)(lassos.lassos)
 app.command(help=solvers.CHECK_HELP)(solvers.check)
 app.command(help=solvers.BENCH_HELP)(solvers.bench)
 

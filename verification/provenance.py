@@ -70,6 +70,12 @@ SUBJECTS: dict[str, tuple[str, ...]] = {
         "verification/experiments/record/bootstrap.py",
         "verification/ledger",
     ),
+    "lassos": (
+        *SOLVING,
+        "convexperc/lasso",
+        *(f"verification/{name}" for name in ("lassos", "exact", "problems", "journal.py")),
+        *(f"verification/{name}.py" for name in ("checks/measures", "search/tasks")),
+    ),
     "benchmark": (*RECOGNIZING, "verification/bench"),
     "faults": (*RECOGNIZING, *JUDGING, "verification/faults"),
     "report": (

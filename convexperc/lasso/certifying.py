@@ -1,5 +1,6 @@
 """Certify an answer to a lasso, group lasso, sparse group lasso, elastic net or ridge fit, from anywhere."""
 
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -9,12 +10,10 @@ from numpy.typing import NDArray
 from convexperc.certificate.tolerances import ABSOLUTE, RELATIVE, Tolerances
 from convexperc.errors import ProblemError
 from convexperc.lasso.certificate import LassoCertificate, certificate
-from convexperc.lasso.conventions import Given, check_taken, convention_of
-from convexperc.lasso.objective import LeastSquares, column_groups
+from convexperc.lasso.conventions import Convention, Given, check_taken, convention_of, formula_of
+from convexperc.lasso.design import Design, design_of
+from convexperc.lasso.objective import SMALLEST, LeastSquares, Penalty, column_groups
 from convexperc.problem.arrays import nonnegative_number, point_entries, real_array
-from convexperc.problem.conversion import real_source
-
-DENSE = "must be a dense array of real numbers, a row for each sample and a column for each feature"
 
 
 def certify_lasso(
@@ -37,8 +36,9 @@ def certify_lasso(
 
     Parameters
     ----------
-    X : array_like (n, p)
-        A row for each sample, a column for each feature.
+    X : array_like or sparse matrix of SciPy (n, p)
+        A row for each sample, a column for each feature. A sparse matrix is never made dense, but for the
+        columns that nothing penalises.
     y : array_like (n,)
     coef : array_like (p,), (1, p) or (p, 1)
         The answer b; it may be of float32.
@@ -53,12 +53,14 @@ def certify_lasso(
     groups : sequence of p labels, optional
         Which group each column belongs to; equal labels, one group.
     weights : array_like, optional
-        One for each group, in the order of the sorted labels, or without groups for each column; >= 0.
+        One for each group, in the order of the sorted labels, or without groups for each column; >= 0. What
+        has the weight 0 is not penalised.
     positive : bool
         Whether b >= 0 is asked for.
     **more
-        ``l1_ratio`` (1 by default) and ``l1_reg`` (0 by default), where the convention has them; and
-        ``relative_tolerance``, ``absolute_tolerance``: see `LassoCertificate.certified`.
+        ``l1_ratio`` (1 by default), ``l1_reg`` (0 by default) and ``sample_weight`` (array_like (n,), >= 0:
+        the loss is the weighted mean where it is a mean, else the weighted sum), where the convention has
+        them; and ``relative_tolerance``, ``absolute_tolerance``: see `LassoCertificate.certified`.
 
     Returns
     -------
@@ -77,8 +79,9 @@ def certify_lasso(
 
     Notes
     -----
-    Where nothing penalises a column but the loss, no dual point is feasible in general, and the lower bound
-    may be 0. See `convexperc.lasso.certificate` for the bounds.
+    Columns that nothing penalises are treated as the intercept is: the dual point is made orthogonal to them.
+    Where float64 does not tell that they are independent of one another and of the intercept, the lower bound
+    is 0 and `LassoCertificate.method` says so. See `convexperc.lasso.certificate` for the bounds.
     """
     options = _options(more)
     tolerances = Tolerances(options.pop("relative_tolerance"), options.pop("absolute_tolerance"))
@@ -87,10 +90,10 @@ def certify_lasso(
         chosen,
         groups=groups is not None,
         weights=weights is not None,
-        **{name: name in more for name in options},
+        **{name: more.get(name) is not None for name in options},
     )
-    matrix = data_matrix(X)
-    n, p = matrix.shape
+    design = design_of(X)
+    n, p = design.shape
     target = real_array(_column(y), "y", 1)
     if target.shape != (n,):
         raise ProblemError("y", value=target.shape, must=f"must have shape ({n},), as X has {n} rows")
@@ -106,8 +109,11 @@ def certify_lasso(
     l1, group, ridge = chosen.penalties(given)
     if type(positive) is not bool:
         raise ProblemError("positive", value=positive, must="must be True or False")
+    samples = _sample_weights(options["sample_weight"], n)
+    if samples is not None:
+        design, target = _without(samples == 0.0, design, target)
     fit = LeastSquares(
-        matrix, target, chosen.loss(n), l1, group, ridge, None if group.zero else parts,
+        design, target, _loss(chosen, samples, n), l1, group, ridge, None if group.zero else parts,
         intercept is not None, positive,
     )  # fmt: skip
     answer = point_entries(_column(coef), p, "coef", finite=True)
@@ -116,9 +122,9 @@ def certify_lasso(
         if intercept is None
         else float(point_entries(np.reshape(intercept, -1), 1, "intercept", finite=True)[0])
     )
-    formula = chosen.formula if groups is None else chosen.grouped
-    if intercept is None:
-        formula = formula.replace(" - b0", "")
+    formula = formula_of(
+        chosen, groups=groups is not None, sample_weight=samples is not None, intercept=intercept is not None
+    )
     return certificate(fit, answer, b0, tolerances, formula + (", b >= 0" if positive else ""))
 
 
@@ -126,6 +132,7 @@ def _options(more: dict[str, Any]) -> dict[str, Any]:
     defaults = {
         "l1_ratio": 1.0,
         "l1_reg": 0.0,
+        "sample_weight": None,
         "relative_tolerance": RELATIVE,
         "absolute_tolerance": ABSOLUTE,
     }
@@ -135,18 +142,6 @@ def _options(more: dict[str, Any]) -> dict[str, Any]:
             unknown = f"certify_lasso() got an unexpected keyword argument {name!r}"
             raise TypeError(f"{unknown}; further options are {known}")
     return defaults | more
-
-
-def data_matrix(X: Any) -> NDArray[np.float64]:
-    """X as float64, without a copy where it is."""
-    if hasattr(X, "toarray"):
-        raise ProblemError("X", value=type(X).__name__, must=DENSE, remedy="Pass X.toarray().")
-    source = real_source(X, "X", ProblemError)
-    if source.ndim != 2 or 0 in source.shape:
-        raise ProblemError("X", value=source.shape, must=DENSE)
-    if source.dtype == np.float64 and np.isfinite(source).all():
-        return source
-    return real_array(source, "X", 2)  # converts it, or says which entry is not finite
 
 
 def _column(values: Any) -> Any:
@@ -169,3 +164,35 @@ def _weights(value: Any, count: int) -> NDArray[np.float64] | None:
     if weights.shape != (count,) or (weights < 0.0).any():
         raise ProblemError("weights", value=value, must=f"must be {count} numbers >= 0")
     return weights
+
+
+def _sample_weights(value: Any, n: int) -> NDArray[np.float64] | None:
+    if value is None:
+        return None
+    weights = real_array(value, "sample_weight", 1)
+    if weights.shape != (n,) or (weights < 0.0).any() or not weights.any():
+        must = f"must be {n} numbers >= 0, as X has {n} rows, and not all 0"
+        raise ProblemError("sample_weight", value=value, must=must)
+    least, most = float(weights[weights > 0.0].min()), float(weights.max())
+    if least < SMALLEST * most:
+        must = "must not differ by a factor of more than 2^400, but for those that are 0"
+        raise ProblemError("sample_weight", value=(least, most), must=must)
+    return weights
+
+
+def _without(
+    rows: NDArray[np.bool_], design: Design, target: NDArray[np.float64]
+) -> tuple[Design, NDArray[np.float64]]:
+    """Samples of the weight 0 are no part of the objective."""
+    return (design.kept(~rows), target[~rows]) if rows.any() else (design, target)
+
+
+def _loss(convention: Convention, samples: NDArray[np.float64] | None, n: int) -> Penalty:
+    """K w_i; the sum of the weights is rounded once, and the largest is scaled to about 1."""
+    if samples is None:
+        return Penalty(convention.loss(Fraction(n)), np.ones(1))
+    exponent = math.frexp(float(samples.max()))[1]
+    scaled = np.ldexp(samples[samples > 0.0], -exponent)
+    power = Fraction(2) ** exponent
+    total = Fraction(math.fsum(scaled)) * power
+    return Penalty(convention.loss(total) * power, scaled)

@@ -83,17 +83,17 @@ class Convention:
     Attributes
     ----------
     name : str
-    loss : function of n
-        K, where the loss is (K/2) ||y - X b - b0||^2.
+    loss : function of the number of samples, or of the sum of their weights w
+        K, where the loss is (K/2) sum_i w_i (y - X b - b0)_i^2, w = 1 without weights.
     penalties : function of Given
     formula, grouped : str
         The objective without and with groups; empty where there is none.
     takes : frozenset of str
-        What may be given beside alpha: l1_ratio, l1_reg, weights, groups.
+        What may be given beside alpha: l1_ratio, l1_reg, weights, groups, sample_weight.
     """
 
     name: str
-    loss: Callable[[int], Fraction]
+    loss: Callable[[Fraction], Fraction]
     penalties: Callable[[Given], Penalties]
     formula: str
     grouped: str
@@ -146,6 +146,9 @@ def _sparse_group(given: Given) -> Penalties:
 def _group_and_l1(given: Given) -> Penalties:
     l1 = (given.l1_reg, np.ones(given.p))
     if given.groups is None:
+        if given.weights is not None:
+            must, remedy = "must be left out where there are no groups", "Pass groups=range(p)."
+            raise ProblemError("weights", value=given.weights, must=must, remedy=remedy)
         return _penalties(given, l1=(given.alpha + given.l1_reg, np.ones(given.p)))
     return _penalties(given, l1=l1, group=(given.alpha, given.rooted))
 
@@ -154,8 +157,8 @@ def _ridge(given: Given) -> Penalties:
     return _penalties(given, ridge=(2 * given.alpha, given.own))
 
 
-def _over_n(n: int) -> Fraction:
-    return Fraction(1, n)
+def _over_n(n: Fraction) -> Fraction:
+    return 1 / n
 
 
 _HALF_MEAN = "||y - Xb - b0||^2 / (2n)"
@@ -171,19 +174,20 @@ _GROUPS = f"{_HALF_MEAN} + alpha * sum_g weights_g ||b_g||"
 CONVENTIONS = {
     each.name: each
     for each in (
-        Convention("scikit-learn", _over_n, _elastic_net, _ELASTIC, "", frozenset({"l1_ratio"})),
+        Convention("scikit-learn", _over_n, _elastic_net, _ELASTIC, "",
+                   frozenset({"l1_ratio", "sample_weight"})),
         Convention("scikit-learn ridge", lambda n: Fraction(2), _ridge, f"{_RESIDUALS} + alpha * ||b||^2", "",
-                   frozenset()),
+                   frozenset({"sample_weight"})),
         Convention("glmnet", _over_n, _glmnet, f"{_WEIGHTED}, weights scaled to add up to p", "",
-                   frozenset({"l1_ratio", "weights"})),
+                   frozenset({"l1_ratio", "weights", "sample_weight"})),
         Convention("celer", _over_n, _lasso_or_groups, _WEIGHTED, _GROUPS,
                    frozenset({"l1_ratio", "weights", "groups"})),
         Convention("skglm", _over_n, _lasso_or_groups, _WEIGHTED, _GROUPS,
-                   frozenset({"l1_ratio", "weights", "groups"})),
+                   frozenset({"l1_ratio", "weights", "groups", "sample_weight"})),
         Convention("adelie", _over_n, _adelie, _WEIGHTED,
                    _ADELIE,
-                   frozenset({"l1_ratio", "weights", "groups"})),
-        Convention("asgl", lambda n: Fraction(2, n), _sparse_group, f"{_RESIDUALS} / n + alpha * ||b||_1",
+                   frozenset({"l1_ratio", "weights", "groups", "sample_weight"})),
+        Convention("asgl", lambda n: 2 / n, _sparse_group, f"{_RESIDUALS} / n + alpha * ||b||_1",
                    f"{_RESIDUALS} / n + alpha * (l1_ratio ||b||_1 + (1 - l1_ratio) sum_g sqrt(d_g) ||b_g||)",
                    frozenset({"l1_ratio", "groups"})),
         Convention("group-lasso", _over_n, _group_and_l1, f"{_HALF_MEAN} + (alpha + l1_reg) * ||b||_1",
@@ -192,7 +196,7 @@ CONVENTIONS = {
         Convention("residual sum of squares", lambda n: Fraction(2), _lasso_or_groups,
                    f"{_RESIDUALS} + alpha * sum_j weights_j (l1_ratio |b_j| + (1 - l1_ratio) / 2 * b_j^2)",
                    f"{_RESIDUALS} + alpha * sum_g weights_g ||b_g||",
-                   frozenset({"l1_ratio", "weights", "groups"})),
+                   frozenset({"l1_ratio", "weights", "groups", "sample_weight"})),
     )
 }  # fmt: skip
 """By name; alpha is the strength that the package calls alpha, lambda, lambda1 or group_reg."""
@@ -210,6 +214,15 @@ def convention_of(name: object) -> Convention:
         return CONVENTIONS[name]
     known = ", ".join(repr(each) for each in CONVENTIONS)
     raise InputError("convention", value=name, must=f"must be one of {known}")
+
+
+def formula_of(convention: Convention, *, groups: bool, sample_weight: bool, intercept: bool) -> str:
+    """The objective as it is judged."""
+    formula = convention.grouped if groups else convention.formula
+    if sample_weight:
+        formula = formula.replace("(2n)", "(2 sum_i w_i)")
+        formula = formula.replace(_RESIDUALS, "sum_i w_i (y - Xb - b0)_i^2")
+    return formula if intercept else formula.replace(" - b0", "")
 
 
 def check_taken(convention: Convention, **given: bool) -> None:

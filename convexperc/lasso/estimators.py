@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.errors import InputError
+from convexperc.errors import InputError, is_integer
 from convexperc.lasso.certificate import LassoCertificate
 from convexperc.lasso.certifying import certify_lasso
 
@@ -13,7 +13,7 @@ Reading = dict[str, Any]
 """Arguments of `certify_lasso`."""
 
 
-def certify(estimator: Any, X: Any, y: Any, **tolerances: Any) -> LassoCertificate:
+def certify(estimator: Any, X: Any, y: Any, *, at: Any = None, **options: Any) -> LassoCertificate:
     """Bound how far a fitted linear estimator is from the optimum of the objective that it documents.
 
     Parameters
@@ -21,13 +21,17 @@ def certify(estimator: Any, X: Any, y: Any, **tolerances: Any) -> LassoCertifica
     estimator : fitted estimator
         Of scikit-learn: `Lasso`, `LassoCV`, `LassoLars`, `ElasticNet`, `ElasticNetCV`, `Ridge`; of celer:
         `Lasso`, `ElasticNet`, `GroupLasso`; of skglm: `Lasso`, `WeightedLasso`, `ElasticNet`, `GroupLasso`;
-        of group-lasso: `GroupLasso`; of asgl: `Regressor` (``model="lm"``, ``penalization="lasso"``); or of a
-        class made from one of these.
-    X : array_like (n, p)
+        of group-lasso: `GroupLasso`; of asgl: `Regressor` (``model="lm"``, ``penalization="lasso"``); of
+        adelie: `GroupElasticNet` and the state that ``grpnet`` returns for a Gaussian response, whose weights
+        of the samples are read as well; or of a class made from one of these.
+    X : array_like or sparse matrix of SciPy (n, p)
     y : array_like (n,)
-        The data that it was fitted to, as given to ``fit``: without weights of the samples.
-    **tolerances
-        ``relative_tolerance``, ``absolute_tolerance``; see `certify_lasso`.
+        The data that it was fitted to, as given to ``fit``.
+    at : int, optional
+        Which fit of a path, as adelie's; the last one without. Other estimators have one fit alone.
+    **options
+        ``sample_weight``, as given to ``fit``; ``relative_tolerance``, ``absolute_tolerance``; see
+        `certify_lasso`.
 
     Returns
     -------
@@ -43,15 +47,19 @@ def certify(estimator: Any, X: Any, y: Any, **tolerances: Any) -> LassoCertifica
         See `certify_lasso`.
     """
     for name in _names(type(estimator)):
-        if name in READERS:
-            if getattr(estimator, "coef_", None) is None:
+        if name in READERS or name in PATHS:
+            if name not in STATES and getattr(estimator, "coef_", None) is None:
                 raise InputError(
                     "estimator", value=estimator, must="must be fitted", remedy="Call its fit first."
                 )
-            return certify_lasso(
-                X, y, estimator.coef_, **READERS[name](estimator, np.shape(X)[1]), **tolerances
-            )
-    known = ", ".join(READERS)
+            if name in PATHS:
+                reading = PATHS[name](estimator, -1 if at is None else at)
+            elif at is not None:
+                raise InputError("at", value=at, must=f"must be left out: {name} keeps no path")
+            else:
+                reading = {"coef": estimator.coef_, **READERS[name](estimator, np.shape(X)[1])}
+            return certify_lasso(X, y, **reading, **options)
+    known = ", ".join([*READERS, *PATHS])
     raise InputError(
         "estimator", value=type(estimator).__name__, must=f"must be one of {known}",
         remedy="Call certify_lasso with its coefficients and its convention.",
@@ -169,3 +177,38 @@ READERS: dict[str, Callable[[Any, int], Reading]] = {
     "asgl.Regressor": _asgl,
 }
 """By package and class; celer's, which are made from scikit-learn's, come before these."""
+
+
+def _adelie(state: Any, at: Any) -> Reading:
+    """One fit of the path that a state of adelie holds; its weights add up to 1."""
+    if any(each is not None for each in state.constraints):
+        raise InputError("constraints", value="given", must="must be left out: the objective has none")
+    steps = state.betas.shape[0]
+    if not (is_integer(at) and -steps <= at < steps):
+        raise InputError("at", value=at, must=f"must be the number of one of the {steps} fits of the path")
+    weights = np.array(state.weights)
+    sizes = np.array(state.group_sizes)
+    return {
+        "coef": np.asarray(state.betas[[at]].toarray()).reshape(-1),
+        "alpha": float(state.lmdas[at]),
+        "convention": "adelie",
+        "l1_ratio": float(state.alpha),
+        "groups": np.repeat(np.arange(sizes.size), sizes),
+        "weights": np.array(state.penalty),
+        "intercept": float(state.intercepts[at]) if state.intercept else None,
+        **({} if (weights == weights[0]).all() else {"sample_weight": weights}),
+    }
+
+
+def _adelie_estimator(estimator: Any, at: Any) -> Reading:
+    _refuse(estimator, family="gaussian")
+    return _adelie(estimator.state_, at)
+
+
+STATES = ("adelie.gaussian_naive_base",)
+"""What is no estimator, but the result of a fit."""
+PATHS: dict[str, Callable[[Any, Any], Reading]] = {
+    "adelie.GroupElasticNet": _adelie_estimator,
+    **dict.fromkeys(STATES, _adelie),
+}
+"""By package and class, what keeps several fits."""

@@ -1,6 +1,7 @@
 """The objective of a penalised least-squares fit, in one form for the whole family.
 
-    P(b, b0) = (K/2) ||y - X b - b0||^2 + sum_j l_j |b_j| + sum_g c_g ||b_g||_2 + (1/2) sum_j r_j b_j^2
+    P(b, b0) = (K/2) sum_i w_i (y - X b - b0)_i^2
+               + sum_j l_j |b_j| + sum_g c_g ||b_g||_2 + (1/2) sum_j r_j b_j^2
 
 X has a row for each sample and a column for each feature, as in scikit-learn. Lasso, group lasso, sparse
 group lasso, ridge and elastic net are choices of l, c and r. With K = 2, X' in the place of X and o in that
@@ -16,7 +17,8 @@ from jaxtyping import Float
 
 from convexperc.certificate.rounding import Groups, U
 from convexperc.errors import ProblemError
-from convexperc.problem.arrays import Matrix, Vector
+from convexperc.lasso.design import Design
+from convexperc.problem.arrays import Vector
 
 SMALLEST, LARGEST = 2.0**-400, 2.0**400
 """Coefficients that are not 0 lie between these, in units in which X and y are about 1."""
@@ -78,10 +80,11 @@ class LeastSquares:
 
     Attributes
     ----------
-    X : float64 (n, p)
+    design : Design
+        X, of shape (n, p).
     y : float64 (n,)
-    loss : Fraction
-        K.
+    loss : Penalty
+        K, and the weights w > 0 of the n samples; one weight of 1 where they are equal.
     l1 : Penalty
         l, of the p columns.
     group : Penalty
@@ -96,9 +99,9 @@ class LeastSquares:
         Whether b >= 0 is asked for.
     """
 
-    X: Matrix
+    design: Design
     y: Vector
-    loss: Fraction
+    loss: Penalty
     l1: Penalty
     group: Penalty
     ridge: Penalty

@@ -88,6 +88,7 @@ MAKERS = {
     "campaign": ["search.certify"],
     "benchmark": ["bench.run", "bench.floor", "bench.picture_frames", "bench.proof_times"],
     "faults": ["faults.hunt", "faults.own"],
+    "lassos": ["lassos.campaign"],
     "report": ["run.stages"],
 }
 """What finds what the files of a subject say."""
