@@ -176,8 +176,9 @@ class MultiViewClassifier(ClassifierMixin, BaseEstimator):  # type: ignore[misc]
     def decision_function(self, X: Any) -> Float[np.ndarray, "..."]:
         """Minus the lowest optimum of each class.
 
-        The optimum is represented by its proved upper bound, which is within 1e-9 of it unless the `seconds`
-        did not suffice. Every reference is solved to the end, which `predict` avoids.
+        The optimum is represented by its proved upper bound, which is as near to it as `Tolerances` asks by
+        default, unless the `seconds` did not suffice. Every reference is solved to the end, which `predict`
+        avoids.
 
         Parameters
         ----------
