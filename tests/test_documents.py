@@ -116,12 +116,23 @@ def cvxpy(lines: list[str]) -> None:
     assert upper - lower <= float(share) * lower, lines
 
 
+def scikit_learn(lines: list[str]) -> None:
+    assert 0.85 < float(lines[0]) <= 1.0, lines
+    proved, digit, reference, views = re.fullmatch(
+        r"(proved: lowest optimum) (\d) (\d)/row \d+ (\[.*\])", lines[1]
+    ).groups()  # type: ignore[union-attr]
+    assert (proved, digit) == ("proved: lowest optimum", reference), lines
+    assert sorted(ast.literal_eval(views)) == ["robot 1", "robot 2", "robot 3", "robot 4"], lines
+    assert lines[2] == "{'lambda2': 0.01}", lines
+
+
 EXAMPLES: dict[str, Callable[[list[str]], None]] = {
     "README.md": readme,
     "docs/python.md": python,
     "docs/certificates.md": certificates,
     "docs/lasso.md": lasso,
     "docs/cvxpy.md": cvxpy,
+    "docs/scikit-learn.md": scikit_learn,
     "docs/solvers.md": solvers,
 }
 """What the examples of each document print; those of one document continue one another."""

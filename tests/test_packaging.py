@@ -28,6 +28,7 @@ EXTRAS = PROJECT["optional-dependencies"]
 OWN = {"convexperc", "verification"}
 
 NEEDS_AN_EXTRA = {
+    "convexperc.classifier.estimator": "is made from classes of scikit-learn; it asks for them before",
     "convexperc.features.network.graph": "describes a network by onnx; `convexperc.features.network.model` "
     "asks for it before",
     "convexperc.kernels.compiling": "compiles with Numba; `convexperc.kernels.kernel` asks for it before",
@@ -183,7 +184,7 @@ def test_every_distribution_of_an_installation_is_pinned_and_no_address_is_given
     lines = [line for line in EXTRAS["test"] if not line.startswith("convexperc[")]
     lines += [
         line
-        for extra in ("cnn", "plot", "ros", "sim", "verify")
+        for extra in ("cnn", "plot", "ros", "sim", "sklearn", "verify")
         for line in EXTRAS[extra]
         if "convexperc" not in line
     ]
@@ -216,6 +217,15 @@ def test_the_library_names_the_extra_before_it_does_anything(convexperc, argumen
     done = convexperc(*arguments.split(), folder=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", line)
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_the_classifier_names_its_extra(python):
+    done = python(
+        "import convexperc.classifier\n"
+        "try: convexperc.classifier.MultiViewClassifier\n"
+        "except ImportError as error: print('error:', error)"
+    )
+    assert (done.returncode, done.stdout) == (0, refusal("MultiViewClassifier", "sklearn", "sklearn"))
 
 
 @pytest.mark.parametrize(

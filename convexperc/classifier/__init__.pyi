@@ -1,0 +1,6 @@
+from .estimator import MultiViewClassifier, UnprovedLabelWarning
+
+__all__ = [
+    "MultiViewClassifier",
+    "UnprovedLabelWarning",
+]
