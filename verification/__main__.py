@@ -54,6 +54,7 @@ conform = typer.Typer(add_completion=False, invoke_without_command=True, help=co
 conform.callback()(conformance.conform)
 conform.command("export", help=conformance.EXPORT_HELP)(conformance.export)
 conform.command("template", help=conformance.TEMPLATE_HELP)(conformance.template)
+conform.command("findings", help=conformance.FINDINGS_HELP)(conformance.found)
 conform.command("vectors", help=conformance.VECTORS_HELP)(conformance.made)
 
 app.command("list", help=claims.LISTED_HELP)(claims.listed)

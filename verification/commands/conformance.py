@@ -19,6 +19,7 @@ EXPORT_HELP = (
     """Write the requests for a solver that runs elsewhere; `conform --results` reads its answers."""
 )
 TEMPLATE_HELP = """Print a solver to start from, in C or Python."""
+FINDINGS_HELP = """Judge the solvers that are installed, and write what is found as a page and as JSON."""
 VECTORS_HELP = (
     """Make the vectors anew, or with --check verify the proof of each that comes with the package."""
 )
@@ -44,7 +45,9 @@ def conform(
         Path | None,
         typer.Option(metavar="FILE", help="Known failures: lines ID LEVEL # why.", dir_okay=False),
     ] = None,
-    timeout: Annotated[float, typer.Option(min=0.01, help="Seconds for one answer.")] = 10.0,
+    timeout: Annotated[
+        float, typer.Option(min=0.01, help="Seconds for one answer; 30 more for the first.")
+    ] = 10.0,
     max_examples: Annotated[
         int, typer.Option(min=0, help="Requests to search beyond the vectors; what fails is shrunk.")
     ] = 0,
@@ -140,6 +143,22 @@ def template(
         raise typer.BadParameter(f"must be one of {', '.join(names)}", param_hint="LANGUAGE")
     text = (files("verification.conformance") / "templates" / names[language]).read_text("utf-8")
     typer.echo(text, nl=False)
+
+
+def found(
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Write conformance.md and conformance.json.", file_okay=False)
+    ] = Path("reports"),
+) -> None:
+    """Run the command ``conform findings``."""
+    from verification.conformance.findings import findings, markdown  # noqa: PLC0415 - keeps --help quick
+
+    with misuse("--out"), progress() as show:
+        out.mkdir(parents=True, exist_ok=True)
+        record = findings(progress=show)
+        write_json(out / "conformance.json", record)
+        write_atomic(out / "conformance.md", markdown(record).encode())
+    say(f"wrote {out / 'conformance.md'} and conformance.json")
 
 
 def made(

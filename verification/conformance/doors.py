@@ -26,6 +26,9 @@ from verification.conformance.request import Request
 SECONDS = 10.0
 """Time for one answer, unless the caller says otherwise."""
 
+STARTING = 30.0
+"""More seconds for the first answer of a process: it may load or compile what it needs."""
+
 LINGER = 0.2
 """Seconds in which a program may end by itself once its input is closed; what it still writes is read."""
 
@@ -111,6 +114,8 @@ class Command:
         As a shell would split it; no shell runs it.
     seconds : float
         Time for one answer.
+    starting : float
+        More of it for the first answer of a process.
     name : str, optional
         For reports; the command where it is left out.
     folder : Path, optional
@@ -129,6 +134,7 @@ class Command:
         command: str | Sequence[str],
         *,
         seconds: float = SECONDS,
+        starting: float = STARTING,
         name: str = "",
         folder: Path | None = None,
     ) -> None:
@@ -139,7 +145,7 @@ class Command:
         if not self.words:
             raise InputError("command", value=command, must="must name a program")
         self.name = name or shlex.join(self.words)
-        self.seconds, self.folder = seconds, folder
+        self.seconds, self.starting, self.folder = seconds, starting, folder
         self._process: _Process | None = None
         self._asked: str = ""
         self._fruitless = 0
@@ -204,8 +210,8 @@ class Command:
             before, self._asked = self._asked, id
             again = process.answered
             with _listening(process, line.encode() + b"\n") as ready:
-                deadline = time.monotonic() + self.seconds
-                while (got := self._line(process, ready, deadline, room, faults)) is not None:
+                allowed = self.seconds + (0.0 if process.answered else self.starting)
+                while (got := self._line(process, ready, allowed, room, faults)) is not None:
                     data = _object(got, faults)
                     if data is None and len(faults) > FRUITLESS:
                         self._give_up(process, faults, "writes one line after the other that is no answer")
@@ -221,15 +227,15 @@ class Command:
                 break
 
     def _line(
-        self, process: _Process, ready: "_Listening", deadline: float, room: int, faults: list[str]
+        self, process: _Process, ready: "_Listening", allowed: float, room: int, faults: list[str]
     ) -> bytes | None:
-        """The next line; None, with the program given up, where there is none."""
+        """The next line; None, with the program given up, where there is none in the time that is allowed."""
         while (end := process.out.find(b"\n")) < 0:
             if len(process.out) > room:
                 self._give_up(process, faults, f"writes a line of more than {room} bytes")
                 return None
-            if not ready(deadline):
-                self._ended(process, faults, ready)
+            if not ready(ready.start + allowed):
+                self._ended(process, faults, ready, allowed)
                 return None
         got = bytes(process.out[:end])
         del process.out[: end + 1]
@@ -255,7 +261,7 @@ class Command:
         self._process, self._asked = _Process(popen), ""
         return self._process
 
-    def _ended(self, process: _Process, faults: list[str], ready: Any) -> None:
+    def _ended(self, process: _Process, faults: list[str], ready: Any, allowed: float) -> None:
         """No answer, and nothing more to read: it has ended, or the time is over."""
         code = process.popen.poll()
         if code is None and ready.closed:
@@ -273,9 +279,9 @@ class Command:
         elif ready.closed:
             why = f"closed its output before it answered{process.last_words}"
         elif ready.pending:
-            why = f"did not read the request within {self.seconds:g} s"
+            why = f"did not read the request within {allowed:g} s"
         else:
-            why = f"no answer within {self.seconds:g} s{process.last_words}"
+            why = f"no answer within {allowed:g} s{process.last_words}"
         self._give_up(process, faults, why)
 
     def _give_up(self, process: _Process, faults: list[str], why: str) -> None:
@@ -290,6 +296,7 @@ class _Listening:
 
     def __init__(self, process: _Process, pending: bytes) -> None:
         self.process, self.pending, self.closed = process, memoryview(pending), False
+        self.start = time.monotonic()
         self.selector = selectors.DefaultSelector()
         popen = process.popen
         for stream, found in ((popen.stdout, process.out), (popen.stderr, process.err)):
@@ -395,12 +402,14 @@ class Module(Command):
 
     reads_lines = False
 
-    def __init__(self, place: str, *, seconds: float = SECONDS, folder: Path | None = None) -> None:
+    def __init__(
+        self, place: str, *, seconds: float = SECONDS, starting: float = STARTING, folder: Path | None = None
+    ) -> None:
         module, _, function = place.partition(":")
         if not all(part.isidentifier() for part in (*module.split("."), *function.split("."))):
             raise InputError("module", value=place, must="must be package.module:function")
         serve = [sys.executable, "-m", "verification.conformance.serve", place]
-        super().__init__(serve, seconds=seconds, name=place, folder=folder)
+        super().__init__(serve, seconds=seconds, starting=starting, name=place, folder=folder)
 
 
 class Function:

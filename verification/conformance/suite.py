@@ -158,7 +158,7 @@ def run(
     progress: Callable[[int, int], None] = lambda done, total: None,
     of: Vectors | None = None,
 ) -> Report:
-    """Ask every vector of the selection and judge the answers.
+    """Ask every vector of the selection, judge the answers, and close the door.
 
     Raises
     ------
@@ -173,10 +173,14 @@ def run(
         raise InputError("known failures", value=unknown[0], must="must name ids of the vectors")
     run = _Run(door, selection.profile)
     everything: list[Vector | RecognitionSet | Malformed] = [*problems, *sets, *malformed]
-    for done, each in enumerate(everything, 1):
-        run.take(each)
-        progress(done, total)
-    run.late(door.close())
+    late: list[str] = []
+    try:
+        for done, each in enumerate(everything, 1):
+            run.take(each)
+            progress(done, total)
+    finally:
+        late = door.close()
+    run.late(late)
     failed = {(each.id, each.level) for each in run.findings if each.outcome is Outcome.FAILED}
     asked = {(each.id, each.level) for each in run.findings}
     stale = tuple(f"{id} {level}" for id, level in known if (id, level) in asked - failed)  # noqa: A001

@@ -25,7 +25,7 @@ MALFORMED = Selection(only="malformed-0[0-2]")
 
 
 def program(name: str, seconds: float = 20.0) -> Command:
-    return Command([sys.executable, str(PROGRAM), name], seconds=seconds)
+    return Command([sys.executable, str(PROGRAM), name], seconds=seconds, starting=0.0)
 
 
 def test_the_program_without_a_fault_has_none():
