@@ -111,14 +111,15 @@ def markdown(record: dict[str, Any]) -> str:
     lines = [
         "# What the conformance kit finds about solvers that people use",
         "",
-        f"Vectors {record['vectors']}, profile {record['profile']}; made by `convexperc-verification conform findings`.",
-        "Solvers run at their default settings unless the name says otherwise. A level is reached if nothing failed",
-        "up to there; what a solver declines, because it is not made for it, is counted and is no failure. L0 also",
-        "counts malformed data, which many solvers leave to their callers. That all vectors pass proves nothing of",
-        "other inputs. What the levels ask: [verify your own solver](../docs/conformance.md).",
+        f"Vectors {record['vectors']}, profile {record['profile']}; made by",
+        "`convexperc-verification conform findings`. Solvers run at their default settings unless the name says",
+        "otherwise. A level is reached if nothing failed up to there; what a solver declines, because it is not",
+        "made for it, is counted and is no failure. L0 also counts malformed data, which many solvers leave to",
+        "their callers. That all vectors pass proves nothing of other inputs. What the levels ask:",
+        "[verify your own solver](../docs/conformance.md).",
         "",
         "| solver | versions | reaches | L0 failed | L1 failed | L2 failed | L3 failed | L4 failed | declined |"
-        " digits, least and median |",
+        " digits: least, median |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     present = [row for row in record["solvers"] if "absent" not in row]
