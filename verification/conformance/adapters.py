@@ -5,6 +5,7 @@ settings unless their name says otherwise, and the paper's algorithm by each int
 """
 
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve as certified
 from convexperc.solvers.paper.loop import run
 
-ITERATIONS = 2000
+ITERATIONS = 500
 """Most iterations of the paper's algorithm."""
 
 Point = dict[str, Any]
@@ -82,37 +83,24 @@ paper_corrected = _paper("corrected")
 paper_smoothed = _paper("smoothed")
 
 
-def _lasso(fit: Callable[[Any, Any, float], Any]) -> Solve:
+def _lasso(package: str, **settings: Any) -> Solve:
     """A lasso solver: for lambda1 = 0 u = 0 is optimal, and w minimises ||X'w - o||^2 + lambda2 ||w||_1."""
 
     def solve(X: Any, o: Any, modalities: Sequence[int], **weights: float) -> Point:
         problem = Problem(X, o, modalities=list(modalities), **weights)
         if problem.lambda1 or not problem.lambda2:
             raise NotImplementedError("a lasso: lambda1 = 0 and lambda2 > 0")
-        w = fit(np.asfortranarray(problem.X.T), problem.o, problem.lambda2 / (2.0 * problem.d))
+        kind = import_module(package).Lasso
+        lasso = kind(alpha=problem.lambda2 / (2.0 * problem.d), fit_intercept=False, **settings)
+        w = lasso.fit(np.asfortranarray(problem.X.T), problem.o).coef_
         return {"w": w, "u": np.zeros(problem.d)}
 
     return solve
 
 
-def _sklearn(A: Any, y: Any, alpha: float) -> Any:
-    from sklearn.linear_model import Lasso  # noqa: PLC0415
-
-    return Lasso(alpha=alpha, fit_intercept=False).fit(A, y).coef_
-
-
-def _celer(A: Any, y: Any, alpha: float) -> Any:
-    from celer import Lasso  # noqa: PLC0415
-
-    return Lasso(alpha=alpha, fit_intercept=False).fit(A, y).coef_
-
-
-def _skglm(A: Any, y: Any, alpha: float) -> Any:
-    from skglm import Lasso  # noqa: PLC0415
-
-    return Lasso(alpha=alpha, fit_intercept=False).fit(A, y).coef_
-
-
-sklearn_lasso = _lasso(_sklearn)
-celer_lasso = _lasso(_celer)
-skglm_lasso = _lasso(_skglm)
+sklearn_lasso = _lasso("sklearn.linear_model")
+sklearn_lasso_tight = _lasso("sklearn.linear_model", tol=1e-14, max_iter=1_000_000)
+celer_lasso = _lasso("celer")
+celer_lasso_tight = _lasso("celer", tol=1e-14, max_iter=1000, max_epochs=1_000_000)
+skglm_lasso = _lasso("skglm")
+skglm_lasso_tight = _lasso("skglm", tol=1e-12, max_iter=10_000, max_epochs=1_000_000)

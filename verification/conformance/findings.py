@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
+import convexperc
 from verification.conformance.doors import Module
 from verification.conformance.judge import Finding, Level
 from verification.conformance.profiles import FLOAT64
@@ -30,6 +31,8 @@ class Peer:
     adapter : str
         A function of `verification.conformance.adapters`.
     name : str
+    tolerance : str
+        At which it runs: its own default, or one that the adapter sets.
     packages : tuple of str
         Whose versions are told.
     module : str
@@ -38,24 +41,28 @@ class Peer:
 
     adapter: str
     name: str
+    tolerance: str
     packages: tuple[str, ...]
     module: str = "numpy"
 
 
 PEERS = (
-    Peer("library", "convexperc", ("convexperc",)),
-    Peer("exact", "convexperc, ball arithmetic", ("convexperc", "python-flint")),
-    Peer("cvxpy_clarabel", "CVXPY with Clarabel", ("cvxpy", "clarabel"), "clarabel"),
-    Peer("cvxpy_scs", "CVXPY with SCS", ("cvxpy", "scs"), "scs"),
-    Peer("cvxpy_scs_tight", "CVXPY with SCS, eps 1e-10", ("cvxpy", "scs"), "scs"),
-    Peer("cvxpy_qoco", "CVXPY with QOCO", ("cvxpy", "qoco"), "qoco"),
-    Peer("cvxpy_osqp", "CVXPY with OSQP", ("cvxpy", "osqp"), "osqp"),
-    Peer("cvxpy_osqp_tight", "CVXPY with OSQP, eps 1e-10", ("cvxpy", "osqp"), "osqp"),
-    Peer("sklearn_lasso", "scikit-learn, Lasso", ("scikit-learn",), "sklearn"),
-    Peer("celer_lasso", "celer, Lasso", ("celer",), "celer"),
-    Peer("skglm_lasso", "skglm, Lasso", ("skglm",), "skglm"),
-    Peer("paper_printed", "the paper's algorithm as printed", ("convexperc",)),
-    Peer("paper_corrected", "the paper's algorithm, corrected", ("convexperc",)),
+    Peer("library", "convexperc", "gap 1e-9", ("convexperc",)),
+    Peer("exact", "convexperc, ball arithmetic", "gap 1e-9", ("convexperc", "python-flint")),
+    Peer("cvxpy_clarabel", "CVXPY with Clarabel", "1e-8", ("cvxpy", "clarabel"), "clarabel"),
+    Peer("cvxpy_scs", "CVXPY with SCS", "1e-5", ("cvxpy", "scs"), "scs"),
+    Peer("cvxpy_scs_tight", "CVXPY with SCS", "1e-10, set", ("cvxpy", "scs"), "scs"),
+    Peer("cvxpy_qoco", "CVXPY with QOCO", "1e-7", ("cvxpy", "qoco"), "qoco"),
+    Peer("cvxpy_osqp", "CVXPY with OSQP", "1e-5", ("cvxpy", "osqp"), "osqp"),
+    Peer("cvxpy_osqp_tight", "CVXPY with OSQP", "1e-10, set", ("cvxpy", "osqp"), "osqp"),
+    Peer("sklearn_lasso", "scikit-learn, Lasso", "1e-4", ("scikit-learn",), "sklearn"),
+    Peer("sklearn_lasso_tight", "scikit-learn, Lasso", "1e-14, set", ("scikit-learn",), "sklearn"),
+    Peer("celer_lasso", "celer, Lasso", "1e-4", ("celer",), "celer"),
+    Peer("celer_lasso_tight", "celer, Lasso", "1e-14, set", ("celer",), "celer"),
+    Peer("skglm_lasso", "skglm, Lasso", "1e-4", ("skglm",), "skglm"),
+    Peer("skglm_lasso_tight", "skglm, Lasso", "1e-12, set", ("skglm",), "skglm"),
+    Peer("paper_printed", "the paper's algorithm as printed", "500 iterations", ("convexperc",)),
+    Peer("paper_corrected", "the paper's algorithm, corrected", "500 iterations", ("convexperc",)),
 )
 
 
@@ -78,12 +85,13 @@ def findings(
 
 
 def _row(peer: Peer, report: Report) -> dict[str, Any]:
-    versions = " ".join(f"{name} {installed(name)}" for name in peer.packages)
+    versions = " ".join(f"{name} {_version(name)}" for name in peer.packages)
     smallest = next(iter(report.failed), None)
     problems = [each for each in report.findings if each.level is Level.L2]
     levels = {level: {word: report.counts(level)[word] for word in ("held", "failed")} for level in Level}
     return {
         "name": peer.name,
+        "tolerance": peer.tolerance,
         "versions": versions,
         "command": f"convexperc-verification conform --module {PLACE}:{peer.adapter}",
         "reached": report.reached,
@@ -95,6 +103,10 @@ def _row(peer: Peer, report: Report) -> dict[str, Any]:
         "digits": [min(report.digits), statistics.median(report.digits)] if report.digits else None,
         "smallest": None if smallest is None else _told(smallest, report),
     }
+
+
+def _version(name: str) -> str:
+    return convexperc.__version__ if name == "convexperc" else installed(name)
 
 
 def _told(finding: Finding, report: Report) -> dict[str, str]:
@@ -112,26 +124,27 @@ def markdown(record: dict[str, Any]) -> str:
         "# What the conformance kit finds about solvers that people use",
         "",
         f"Vectors {record['vectors']}, profile {record['profile']}; made by",
-        "`convexperc-verification conform findings`. Solvers run at their default settings unless the name says",
-        "otherwise. A level is reached if nothing failed up to there; what a solver declines, because it is not",
-        "made for it, is counted and is no failure. L0 also counts malformed data, which many solvers leave to",
-        "their callers. That all vectors pass proves nothing of other inputs. What the levels ask:",
+        "`convexperc-verification conform findings`. A level is reached if nothing failed up to there. What a",
+        "solver declines, because it is not made for it, is counted and is no failure. A solver at its default",
+        "tolerance may fail L1 or L2 and still keep its own promise: the column says what that is, and a second",
+        "row has a tighter one where there is one. Malformed data are refused by the adapters, not by the",
+        "solvers. That all vectors pass proves nothing of other inputs. What the levels ask:",
         "[verify your own solver](../docs/conformance.md).",
         "",
-        "| solver | versions | reaches | L0 failed | L1 failed | L2 failed | L3 failed | L4 failed | declined |"
-        " digits: least, median |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "| solver | tolerance | versions | reaches | L0 failed | L1 failed | L2 failed | L3 failed | L4 failed"
+        " | declined | digits: least, median |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     present = [row for row in record["solvers"] if "absent" not in row]
     for row in present:
         counts = " | ".join(_count(row["levels"][level]) for level in Level)
         digits = "" if row["digits"] is None else f"{row['digits'][0]:.1f}, {row['digits'][1]:.1f}"
         lines.append(
-            f"| {row['name']} | {row['versions']} | {row['reached'] or 'none'} | {counts} |"
+            f"| {row['name']} | {row['tolerance']} | {row['versions']} | {row['reached'] or 'none'} | {counts} |"
             f" {row['declined']} of {row['asked']} | {digits} |"
         )
-    passed = [row["name"] for row in present if row["smallest"] is None and not row["declined"]]
-    partly = [row["name"] for row in present if row["smallest"] is None and row["declined"]]
+    passed = [_called(row) for row in present if row["smallest"] is None and not row["declined"]]
+    partly = [_called(row) for row in present if row["smallest"] is None and row["declined"]]
     lines += ["", f"Without a failure on all requests: {'; '.join(passed) or 'none'}."]
     lines += [f"Without a failure on the requests that they take: {'; '.join(partly) or 'none'}."]
     lines += ["", "## The smallest failing request of each", ""]
@@ -143,6 +156,10 @@ def markdown(record: dict[str, Any]) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
+def _called(row: dict[str, Any]) -> str:
+    return f"{row['name']} ({row['tolerance']})"
+
+
 def _count(counts: dict[str, int]) -> str:
     total = counts["failed"] + counts["held"]
     return f"{counts['failed']} of {total}" if total else "not asked"
@@ -151,7 +168,12 @@ def _count(counts: dict[str, int]) -> str:
 def _failure(row: dict[str, Any]) -> list[str]:
     found = row["smallest"]
     detail = re.sub(r"([|<>`*_])", r"\\\1", found["detail"][:LONGEST])
-    lines = [f"### {row['name']}", "", f"`{found['id']}`, {found['level']}: {detail}", ""]
+    lines = [
+        f"### {row['name']} ({row['tolerance']})",
+        "",
+        f"`{found['id']}`, {found['level']}: {detail}",
+        "",
+    ]
     lines += [f"    {row['command']} --filter {found['id']}", ""]
     if 0 < len(found["request"]) <= LONGEST:
         lines += ["```json", *found["request"].splitlines(), "```", ""]

@@ -207,7 +207,11 @@ def _selected(
     all_of: Vectors, selection: Selection
 ) -> tuple[list[Vector], list[RecognitionSet], list[Malformed]]:
     problems = [each for each in all_of.problems if selection.takes(each.id, each.flags)]
-    sets = [each for each in all_of.recognition if selection.takes(each.id, each.flags)]
+    sets = [
+        each
+        for each in all_of.recognition
+        if any(selection.takes(name, each.flags) for name in (each.id, *(t.id for t in each.templates)))
+    ]
     malformed = [each for each in all_of.malformed if selection.takes(each.id, ["malformed"])]
     if not (problems or sets or malformed):
         must = f"must match an id, or be a flag: {', '.join((*FLAGS, 'malformed'))}"
