@@ -22,6 +22,21 @@ LONGEST = 600
 """Characters of a request that the page shows; a longer one is named by its id."""
 
 
+HEAD = """\
+# What the conformance kit finds about solvers that people use
+
+Vectors {vectors}, profile {profile}; made by `convexperc-verification conform findings`. A level is reached if
+nothing failed up to there. What a solver declines, because it is not made for it, is counted and is no failure. A
+solver at its default tolerance may fail L1 or L2 and still keep its own promise: the column says what that is, and a
+second row has a tighter one where there is one. Malformed data are refused by the adapters, not by the solvers. That
+all vectors pass proves nothing of other inputs. What the levels ask: [verify your own
+solver](../docs/conformance.md).
+
+| solver | tolerance | versions | reaches | L0 failed | L1 failed | L2 failed | L3 failed | L4 failed | declined | digits |
+|---|---|---|---|---|---|---|---|---|---|---|"""  # noqa: E501
+"""Text and head of the table; digits: to which F(w, u) agrees with F*, least and median."""
+
+
 @dataclass(frozen=True)
 class Peer:
     """A solver of the page.
@@ -120,29 +135,13 @@ def _told(finding: Finding, report: Report) -> dict[str, str]:
 
 def markdown(record: dict[str, Any]) -> str:
     """The page."""
-    lines = [
-        "# What the conformance kit finds about solvers that people use",
-        "",
-        f"Vectors {record['vectors']}, profile {record['profile']}; made by",
-        "`convexperc-verification conform findings`. A level is reached if nothing failed up to there. What a",
-        "solver declines, because it is not made for it, is counted and is no failure. A solver at its default",
-        "tolerance may fail L1 or L2 and still keep its own promise: the column says what that is, and a second",
-        "row has a tighter one where there is one. Malformed data are refused by the adapters, not by the",
-        "solvers. That all vectors pass proves nothing of other inputs. What the levels ask:",
-        "[verify your own solver](../docs/conformance.md).",
-        "",
-        "| solver | tolerance | versions | reaches | L0 failed | L1 failed | L2 failed | L3 failed | L4 failed"
-        " | declined | digits: least, median |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
+    lines = [HEAD.format(**record)]
     present = [row for row in record["solvers"] if "absent" not in row]
     for row in present:
         counts = " | ".join(_count(row["levels"][level]) for level in Level)
         digits = "" if row["digits"] is None else f"{row['digits'][0]:.1f}, {row['digits'][1]:.1f}"
-        lines.append(
-            f"| {row['name']} | {row['tolerance']} | {row['versions']} | {row['reached'] or 'none'} | {counts} |"
-            f" {row['declined']} of {row['asked']} | {digits} |"
-        )
+        told = [row["name"], row["tolerance"], row["versions"], row["reached"] or "none", counts]
+        lines.append(f"| {' | '.join(told)} | {row['declined']} of {row['asked']} | {digits} |")
     passed = [_called(row) for row in present if row["smallest"] is None and not row["declined"]]
     partly = [_called(row) for row in present if row["smallest"] is None and row["declined"]]
     lines += ["", f"Without a failure on all requests: {'; '.join(passed) or 'none'}."]
