@@ -25,7 +25,7 @@ SUBJECTS = {
 DECODERS = frozenset({"opencv-python-headless", "pillow", "simplejpeg"})
 """What pictures are decoded by: the campaign reads none."""
 WITHOUT_A_STEP = {"accuracy.json", "conformance.json"}
-"""Files that no step makes anew: of photographs that are not in the repository, and of other people's solvers."""
+"""Files that no step makes anew: of photographs that are not here, and of other people's solvers."""
 
 
 def content(name: str) -> dict[str, Any]:
