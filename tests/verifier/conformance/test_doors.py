@@ -24,6 +24,12 @@ TWO = Selection(only="one-view-0[01]")
 MALFORMED = Selection(only="malformed-0[0-2]")
 
 
+SILENT = ("hangs", "never reads", "not flushed", "no end of line")
+MISTAKEN = ("wrong id", "no id", "one answer late", "key twice", "a list", "two objects in a line")
+STALLS = dict.fromkeys(SILENT, 2.0) | dict.fromkeys(MISTAKEN, 8.0)
+"""Seconds to wait for an answer that never comes; the mistaken ones need the time to start and say their line."""
+
+
 def program(name: str, seconds: float = 20.0) -> Command:
     return Command([sys.executable, str(PROGRAM), name], seconds=seconds, starting=0.0)
 
@@ -70,17 +76,7 @@ def test_the_program_without_a_fault_has_none():
     ],
 )
 def test_a_fault_of_the_protocol_is_named(name: str, told: str, answered: bool):
-    stalls = name in {
-        "wrong id",
-        "no id",
-        "hangs",
-        "never reads",
-        "not flushed",
-        "no end of line",
-        "one answer late",
-    }
-    stalls |= name in {"key twice", "a list", "two objects in a line"}
-    report = run(program(name, 4.0 if stalls else 20.0), ONE)
+    report = run(program(name, STALLS.get(name, 20.0)), ONE)
     details = [each.detail for each in report.failed if each.level == "L0"]
     assert details, report.findings
     assert told in details[0], details
