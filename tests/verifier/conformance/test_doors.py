@@ -27,7 +27,7 @@ MALFORMED = Selection(only="malformed-0[0-2]")
 SILENT = ("hangs", "never reads", "not flushed", "no end of line")
 MISTAKEN = ("wrong id", "no id", "one answer late", "key twice", "a list", "two objects in a line")
 STALLS = dict.fromkeys(SILENT, 2.0) | dict.fromkeys(MISTAKEN, 8.0)
-"""Seconds to wait for an answer that never comes; the mistaken ones need the time to start and say their line."""
+"""Seconds to wait for an answer that never comes; the mistaken ones need time to start and write."""
 
 
 def program(name: str, seconds: float = 20.0) -> Command:
