@@ -41,6 +41,9 @@ LONGEST = 1 << 22
 PER_NUMBER = 64
 """Bytes that one number of an answer may take."""
 
+LAST_WORDS = "; its standard error ends: "
+"""What parts a fault from the end of standard error, which is the machine's own."""
+
 KEPT = 2000
 """Last characters of standard error that a fault shows."""
 
@@ -62,6 +65,13 @@ class Reply:
     answer: Answer | Refusal | None = None
     faults: list[str] = field(default_factory=list)
     seconds: float = 0.0
+
+    def take(self, data: dict[str, Any], request: Request) -> None:
+        """Read what answers a request; what cannot be read is a fault."""
+        try:
+            self.answer = read_answer(data, request)
+        except AnswerError as fault:
+            self.faults.append(str(fault))
 
 
 class Door(Protocol):
@@ -100,7 +110,7 @@ class _Process:
     @property
     def last_words(self) -> str:
         text = bytes(self.err[-KEPT:]).decode("utf-8", "replace").strip()
-        return f"; its standard error ends: {shown(text[-400:])}" if text else ""
+        return f"{LAST_WORDS}{shown(text[-400:])}" if text else ""
 
 
 class Command:
@@ -155,10 +165,7 @@ class Command:
         reply, start = Reply(), time.perf_counter()
         room = LONGEST + PER_NUMBER * (request.problem.n + request.problem.d)
         for data in self._lines(request.id, request.line, room, reply.faults):
-            try:
-                reply.answer = read_answer(data, request)
-            except AnswerError as fault:
-                reply.faults.append(str(fault))
+            reply.take(data, request)
         reply.seconds = time.perf_counter() - start
         return reply
 
@@ -431,10 +438,7 @@ class Function:
         reply, start = Reply(), time.perf_counter()
         data = call(self.solve, request.as_json())
         reply.seconds = time.perf_counter() - start
-        try:
-            reply.answer = read_answer(data, request)
-        except AnswerError as fault:
-            reply.faults.append(str(fault))
+        reply.take(data, request)
         return reply
 
     def ask_malformed(self, id: str, line: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002
@@ -494,10 +498,7 @@ class Results:
         reply = Reply()
         data, reply.faults = self._told(request.id)
         if data is not None:
-            try:
-                reply.answer = read_answer(data, request)
-            except AnswerError as fault:
-                reply.faults.append(str(fault))
+            reply.take(data, request)
         return reply
 
     def ask_malformed(self, id: str, line: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002

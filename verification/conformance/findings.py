@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from typing import Any
 
 import convexperc
-from verification.conformance.doors import Module
+from verification.conformance.doors import LAST_WORDS, Module
 from verification.conformance.judge import Finding, Level
 from verification.conformance.profiles import FLOAT64
 from verification.conformance.suite import Report, Selection, run
@@ -128,7 +128,7 @@ def _told(finding: Finding, report: Report) -> dict[str, str]:
     return {
         "id": finding.id,
         "level": finding.level,
-        "detail": finding.detail,
+        "detail": finding.detail.partition(LAST_WORDS)[0],
         "request": report.requests.get(finding.id, ""),
     }
 

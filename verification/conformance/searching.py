@@ -79,7 +79,7 @@ def search(
     seed: int = 0,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Searched:
-    """Draw about `examples` requests of all families, judge the answers, shrink failures, and close the door.
+    """Draw about `examples` requests of all families, judge the answers, shrink failures, and end the solver.
 
     In the profile float32 each request is rounded to float32 first; those that overflow there are not asked.
     Neither are those of which no point near the optimum is optimal once it is rounded (see `attainable`).

@@ -158,7 +158,7 @@ def run(
     progress: Callable[[int, int], None] = lambda done, total: None,
     of: Vectors | None = None,
 ) -> Report:
-    """Ask every vector of the selection, judge the answers, and close the door.
+    """Ask every vector of the selection, judge the answers, and end the solver.
 
     Raises
     ------
@@ -171,22 +171,22 @@ def run(
     total = len(problems) + len(sets) + len(malformed)
     if unknown := [id for id, _ in known if id not in _names(all_of)]:  # noqa: A001
         raise InputError("known failures", value=unknown[0], must="must name ids of the vectors")
-    run = _Run(door, selection.profile)
+    asking = _Run(door, selection.profile)
     everything: list[Vector | RecognitionSet | Malformed] = [*problems, *sets, *malformed]
     late: list[str] = []
     try:
         for done, each in enumerate(everything, 1):
-            run.take(each)
+            asking.take(each)
             progress(done, total)
     finally:
         late = door.close()
-    run.late(late)
-    failed = {(each.id, each.level) for each in run.findings if each.outcome is Outcome.FAILED}
-    asked = {(each.id, each.level) for each in run.findings}
+    asking.late(late)
+    failed = {(each.id, each.level) for each in asking.findings if each.outcome is Outcome.FAILED}
+    asked = {(each.id, each.level) for each in asking.findings}
     stale = tuple(f"{id} {level}" for id, level in known if (id, level) in asked - failed)  # noqa: A001
     return Report(
-        door.name, all_of.version, selection, tuple(run.findings), known, stale, run.requests, run.sizes,
-        tuple(run.seconds),
+        door.name, all_of.version, selection, tuple(asking.findings), known, stale, asking.requests,
+        asking.sizes, tuple(asking.seconds),
     )  # fmt: skip
 
 
