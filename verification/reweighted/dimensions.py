@@ -21,28 +21,27 @@ def degree(expression: Any, powers: Mapping[str, Any]) -> Any:
     Returns
     -------
     sympy number or None
-        A number is proof: each sum has terms of one degree, each exponent, exponential, logarithm, sine and each
-        condition compares or takes what is free of units. None is no proof of the contrary.
+        A number is proof: each sum has terms of one degree, each exponent, exponential, logarithm, sine and
+        each condition compares or takes what is free of units. None is no proof of the contrary.
     """
+    found = None
     if expression.is_number:
-        return sp.S.Zero
-    if expression.is_Symbol:
-        return sp.sympify(powers[expression.name])
-    if expression.is_Add:
-        return _same(expression.args, powers)
-    if expression.is_Mul:
+        found = sp.S.Zero
+    elif expression.is_Symbol:
+        found = sp.sympify(powers[expression.name])
+    elif expression.is_Add or isinstance(expression, sp.Abs | sp.Max | sp.Min):
+        found = _same(expression.args, powers)
+    elif expression.is_Mul:
         parts = [degree(part, powers) for part in expression.args]
-        return None if None in parts else sum(parts)
-    if expression.is_Pow:
+        found = None if None in parts else sum(parts)
+    elif expression.is_Pow:
         inner = degree(expression.base, powers)
-        return None if inner is None or not expression.exp.is_number else inner * expression.exp
-    if isinstance(expression, sp.Abs | sp.Max | sp.Min):
-        return _same(expression.args, powers)
-    if isinstance(expression, sp.Piecewise):
-        return _piecewise(expression, powers)
-    if isinstance(expression, sp.Function):
-        return sp.S.Zero if all(degree(part, powers) == 0 for part in expression.args) else None
-    return None
+        found = None if inner is None or not expression.exp.is_number else inner * expression.exp
+    elif isinstance(expression, sp.Piecewise):
+        found = _piecewise(expression, powers)
+    elif isinstance(expression, sp.Function):
+        found = sp.S.Zero if all(degree(part, powers) == 0 for part in expression.args) else None
+    return found
 
 
 def _same(parts: Any, powers: Mapping[str, Any]) -> Any:

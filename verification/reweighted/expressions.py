@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
-from typing import Any
+from typing import Any, TypeAlias
 
 import sympy as sp
 from flint import arb, fmpq
@@ -33,6 +33,15 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "tanh": sp.tanh,
 }
 CONSTANTS = {"pi": sp.pi}
+CONSTANT_BALLS: dict[Any, Callable[[], Any]] = {sp.pi: arb.pi, sp.E: lambda: arb(1).exp()}
+BALL_FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
+    sp.exp: arb.exp,
+    sp.log: arb.log,
+    sp.sin: arb.sin,
+    sp.cos: arb.cos,
+    sp.atan: arb.atan,
+    sp.tanh: arb.tanh,
+}
 RELATIONS: dict[type[ast.cmpop], Callable[..., Any]] = {
     ast.Lt: sp.StrictLessThan,
     ast.LtE: sp.LessThan,
@@ -47,8 +56,8 @@ OPERATIONS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Pow: lambda a, b: a**b,
 }
 
-Given = str | sp.Expr | Callable[[Any], Any]
-"""A function of r: text, an expression, or a Python function that takes an expression."""
+Given: TypeAlias = Any
+"""A function of r: text, a SymPy expression, or a Python function that takes one."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +108,7 @@ def read(given: Given, names: Sequence[str] = ()) -> sp.Expr:
     """
     if isinstance(given, str):
         try:
-            tree = ast.parse(given.strip(), mode="eval").body
+            tree = ast.parse(str(given).strip(), mode="eval").body
         except (SyntaxError, ValueError):
             raise _refused(given, "must be a formula") from None
         return sp.sympify(_Reader(given, tuple(names)).value(tree))
@@ -298,8 +307,7 @@ def common(first: Pieces, second: Pieces) -> list[tuple[Piece, Piece]]:
     ends = {piece.lower for piece in (*first, *second)} | {sp.oo}
     order = sorted(ends, key=lambda end: sp.N(end, 50))
     return [
-        (_on(first, lower, upper), _on(second, lower, upper))
-        for lower, upper in itertools.pairwise(order)
+        (_on(first, lower, upper), _on(second, lower, upper)) for lower, upper in itertools.pairwise(order)
     ]
 
 
@@ -326,25 +334,19 @@ def evaluate(expression: Any, value: Any) -> Any:
     UnresolvedError
         It divides by a ball that contains 0, or takes the root or the logarithm of one that is not positive.
     """
-    if expression.is_Symbol:
-        return value
     if expression.is_Rational:
         return fmpq(int(expression.p), int(expression.q))
-    if expression is sp.pi:
-        return arb.pi()
-    if expression is sp.E:
-        return arb(1).exp()
+    if expression.is_Symbol or expression in CONSTANT_BALLS:
+        return value if expression.is_Symbol else CONSTANT_BALLS[expression]()
     if expression.is_Add or expression.is_Mul:
-        parts = [evaluate(part, value) for part in expression.args]
-        return _folded(expression.is_Add, parts)
+        return _folded(expression.is_Add, [evaluate(part, value) for part in expression.args])
     if expression.is_Pow:
         return _power(evaluate(expression.base, value), expression.exp, value)
-    functions = {sp.exp: "exp", sp.log: "log", sp.sin: "sin", sp.cos: "cos", sp.atan: "atan", sp.tanh: "tanh"}
-    if expression.func in functions:
+    if expression.func in BALL_FUNCTIONS:
         inner = arb(evaluate(expression.args[0], value))
         if expression.func is sp.log and not inner > 0:
             raise UnresolvedError("a logarithm", value=str(inner), must="must be of a positive number")
-        return getattr(inner, functions[expression.func])()
+        return BALL_FUNCTIONS[expression.func](inner)
     raise _refused(str(expression), "must be made of + - * / ** and known functions")
 
 
@@ -377,6 +379,8 @@ def substituted(expression: Any, values: Mapping[str, Any]) -> Any:
 
 def exactly(value: Any) -> sp.Rational:
     """A number as a rational: floats by their shortest decimal, text and Fractions as they are."""
+    if isinstance(value, sp.Rational):
+        return value
     if isinstance(value, Fraction):
         return sp.Rational(value.numerator, value.denominator)
     return sp.Rational(repr(value) if isinstance(value, float) else str(value))

@@ -1,21 +1,34 @@
 """Reweighted loops: an objective, the order in which its blocks are updated, and the exact update.
 
-The update of a block minimises the objective with each loss replaced by weight(r_i) square(r), r_i being the residual
-at the iterate; a block of Gauss-Seidel sees the new values of those before it, one of Jacobi does not.
+The update of a block minimises the objective with each loss replaced by weight(r_i) square(r), r_i being
+the residual at the iterate; a block of Gauss-Seidel sees the new values of those before it, one of Jacobi
+does not.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from flint import arb_mat, fmpq, fmpq_mat
+import sympy as sp
+from flint import arb, arb_mat, fmpq, fmpq_mat
 from numpy.typing import NDArray
 
 from convexperc.errors import InputError, SolverError
-from verification.exact.balls import Numbers, UnresolvedError, exact
-from verification.reweighted.objective import Objective, Part, function_at, weight_in_floats
+from verification.exact.balls import Numbers, UnresolvedError, exact, inner, precision, root
+from verification.reweighted.dimensions import degree
+from verification.reweighted.expressions import VARIABLE, exactly
+from verification.reweighted.objective import (
+    Objective,
+    Part,
+    fractions,
+    function_at,
+    grows_without_bound,
+    weight_in_floats,
+)
 
+Floats = NDArray[np.float64]
 ORDERS = ("gauss_seidel", "jacobi")
 AT_ZERO = ("hold", "undefined", "leave")
 
@@ -38,9 +51,9 @@ class Loop:
         Names of variables that are updated together, in order; default: all at once.
     order : {"gauss_seidel", "jacobi"}
     at_zero : {"hold", "undefined", "leave"}
-        At a residual of 0 where the weight grows without bound: it is held at 0, which is the limit of the update;
-        the update does not exist; or, by Vardi and Zhang's rule, it is left if that lowers F (where the residual is
-        the whole block less a point).
+        At a residual of 0 where the weight grows without bound: it is held at 0, which is the limit of the
+        update; the update does not exist; or, by Vardi and Zhang's rule, it is left if that lowers F (where
+        the residual is the whole block less a point).
     start : mapping of str to sequence of numbers, or None
         None: any start.
     stop : function of two float64 points, or None
@@ -61,7 +74,6 @@ class Loop:
     start: Mapping[str, Any] | None = None
     stop: Callable[[Any, Any], bool] | None = None
     update: Step | None = None
-    _: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for name, value, known in (("order", self.order, ORDERS), ("at_zero", self.at_zero, AT_ZERO)):
@@ -76,6 +88,11 @@ class Loop:
     def groups(self) -> tuple[tuple[str, ...], ...]:
         """The blocks, in order."""
         return tuple(map(tuple, self.blocks)) or (tuple(self.objective.sizes),)
+
+    @property
+    def is_reweighted(self) -> bool:
+        """Whether the update is the reweighted one and no other."""
+        return self.update is None and self.at_zero != "leave"
 
     def step(self, point: Point) -> dict[str, Numbers]:
         """The next iterate in exact numbers.
@@ -113,6 +130,12 @@ class Loop:
             )
         return INFINITE
 
+
+FLOAT_BITS = 128
+"""Of an exact update that is rounded to float64."""
+
+HELD = 1e20
+"""Weight in float64 that holds a residual at 0, as a multiple of the largest other one."""
 
 INFINITE = "infinite"
 """A weight that grows without bound."""
@@ -177,19 +200,17 @@ class _Block:
 
     def _left(self, matrix: list[Numbers], gradient: Numbers, left: list[Part]) -> Numbers:
         """Vardi and Zhang: the step of the rest, shortened by what the held norms pull back."""
-        size, scale = len(matrix), matrix[0][0]
-        alone = all(matrix[i][j] == (scale if i == j else 0) for i in range(size) for j in range(size))
-        units = all(_is_identity(self._rows(part)) for part in left)
-        if not (alone and units):
-            must = "must be the whole block less a point, and the weighted squares a multiple of its square"
-            raise InputError("at_zero='leave'", value="another term at 0", must=must)
+        rows = [self._rows(part) for part in self.loop.objective.parts]
+        if not all(each is None or _is_multiple_of_unit(each) for each in rows):
+            must = "must be for objectives of ||x - a|| and its square alone"
+            raise InputError("at_zero='leave'", value="another expression", must=must)
         pull = sum((exact(part.coefficient) for part in left), fmpq(0))
-        force = 2 * _norm(gradient)
+        force, size = 2 * root(inner(gradient, gradient)), matrix[0][0]
         if bool(force <= pull):
-            return [fmpq(0)] * size
+            return [fmpq(0)] * len(gradient)
         if not bool(force > pull):
             raise UnresolvedError("a force", value=str(force), must=f"must differ from {pull}")
-        return [-g / scale * (1 - pull / force) for g in gradient]
+        return [-g / size * (1 - pull / force) for g in gradient]
 
     def _moved(self, point: Point, move: Numbers) -> dict[str, Numbers]:
         found, at = {}, 0
@@ -200,18 +221,9 @@ class _Block:
         return found
 
 
-def _is_identity(rows: list[Numbers] | None) -> bool:
-    return (
-        rows is not None
-        and all(a == (1 if i == j else 0) for i, row in enumerate(rows) for j, a in enumerate(row))
-        and len(rows) == len(rows[0])
-    )
-
-
-def _norm(values: Numbers) -> Any:
-    from verification.exact.balls import inner, root  # noqa: PLC0415
-
-    return root(inner(values, values))
+def _is_multiple_of_unit(rows: list[Numbers]) -> bool:
+    """Whether a matrix is a number times the identity."""
+    return all(a == (rows[0][0] if i == j else 0) for i, row in enumerate(rows) for j, a in enumerate(row))
 
 
 def _minimised(matrix: list[Numbers], gradient: Numbers, held: list[Numbers]) -> Numbers:
@@ -252,68 +264,149 @@ def _form(matrix: list[Numbers], a: Numbers, b: Numbers) -> Any:
 
 
 def _solve(matrix: list[Numbers], right: Numbers) -> Numbers:
+    """A solution of the system, the one that leaves free entries at 0 where there are several."""
     size = len(right)
     entries = [a for row in matrix for a in row]
     if all(isinstance(a, fmpq) for a in (*entries, *right)):
-        try:
-            return list(fmpq_mat(size, size, entries).solve(fmpq_mat(size, 1, right)).entries())
-        except ZeroDivisionError:
-            raise UndefinedUpdateError(
-                "the matrix of the update", value="singular", must=f"must have full rank {size}"
-            ) from None
+        return _rationally(matrix, right)
     try:
         found = arb_mat(size, size, entries).solve(arb_mat(size, 1, right), algorithm="precond")
     except ZeroDivisionError:
-        raise UnresolvedError(
-            "the matrix of the update", value="balls", must="must be invertible throughout"
-        ) from None
+        must = "must be invertible throughout"
+        raise UnresolvedError("the matrix of the update", value="balls", must=must) from None
     return list(found.entries())
 
 
-def run_in_floats(
-    loop: Loop, start: Mapping[str, NDArray[np.float64]], iterations: int
-) -> list[dict[str, Any]]:
-    """The iterates in float64, from the start on, until the loop stops or has no update."""
+def _rationally(matrix: list[Numbers], right: Numbers) -> Numbers:
+    size = len(right)
+    whole = [a for row, b in zip(matrix, right, strict=True) for a in (*row, b)]
+    echelon, rank = fmpq_mat(size, size + 1, whole).rref()
+    found = [fmpq(0)] * size
+    for row in echelon.tolist()[:rank]:
+        pivot = next(k for k, a in enumerate(row) if a != 0)
+        if pivot == size:
+            must = "must have a solution"
+            raise UndefinedUpdateError("the system of the update", value="a singular matrix", must=must)
+        found[pivot] = row[size]
+    return found
+
+
+def unbounded_at_zero(objective: Objective, point: Point) -> bool:
+    """Whether a residual whose weight grows without bound is 0 at a rational point."""
+    return any(
+        part.term is not None
+        and part.coefficient
+        and grows_without_bound(part.term)
+        and all(value == 0 for value in part.affine.at(point))
+        for part in objective.parts
+    )
+
+
+def in_unit(loop: Loop, unit: Fraction) -> Loop | None:
+    """The same loop for data in another unit: every residual is multiplied by `unit`, and F stays as it is.
+
+    Weights, start and stopping rule are kept as they are stated, but for widths, which have the unit of a
+    residual.
+
+    Returns
+    -------
+    Loop or None
+        None where a loss has a unit of its own.
+    """
+    parts = []
+    for part in loop.objective.parts:
+        term, power = part.term, sp.Integer(2)
+        if term is not None:
+            power = degree(term.loss_expression, {VARIABLE: 1} | dict.fromkeys(term.widths, 1))
+            if power is None or not power.is_Integer:
+                return None
+            widths = {name: exactly(value) * exactly(unit) for name, value in term.widths.items()}
+            term = replace(term, widths=widths)
+        affine = replace(part.affine, constant=part.affine.constant * unit)
+        parts.append(Part(part.coefficient / unit ** int(power), affine, term))
+    start = (
+        None
+        if loop.start is None
+        else {name: fractions(values) * unit for name, values in loop.start.items()}
+    )
+    return replace(loop, objective=Objective(tuple(parts)), start=start)
+
+
+@dataclass(frozen=True)
+class FloatRun:
+    """Iterates in float64.
+
+    Attributes
+    ----------
+    points : list of dict of str to float64 array
+    ended : bool
+        Whether the stopping rule was met.
+    """
+
+    points: list[dict[str, Floats]]
+    ended: bool
+
+
+def float_run(loop: Loop, start: Mapping[str, Floats], iterations: int, small: float) -> FloatRun:
+    """Run in float64, until the loop's own rule says stop or, without one, a step is small by its share."""
     points = [dict(start)]
     for _ in range(iterations):
         found = _float_step(loop, points[-1])
         if found is None:
-            break
+            return FloatRun(points, False)
         points.append(found)
-        if loop.stop is not None and loop.stop(points[-2], points[-1]):
-            break
-    return points
+        if _stops(loop, points[-2], found, small):
+            return FloatRun(points, True)
+    return FloatRun(points, False)
 
 
-def _float_step(loop: Loop, point: Mapping[str, NDArray[np.float64]]) -> dict[str, Any] | None:
-    if loop.update is not None:
-        moved = loop.update({name: [exact(float(x)) for x in values] for name, values in point.items()})
-        return {name: np.array([float(x) for x in values]) for name, values in moved.items()}
+def _stops(loop: Loop, before: Mapping[str, Floats], after: Mapping[str, Floats], small: float) -> bool:
+    if loop.stop is not None:
+        return bool(loop.stop(before, after))
+    step = max(float(np.abs(after[name] - before[name]).max()) for name in after)
+    return step <= small * max(float(np.abs(values).max()) for values in after.values())
+
+
+def _float_step(loop: Loop, point: Mapping[str, Floats]) -> dict[str, Floats] | None:
+    """The next iterate; None where it is not finite. A residual of 0 is held by a large weight."""
+    if loop.update is not None or loop.at_zero == "leave":
+        return _rounded_step(loop, point)
     objective, found = loop.objective, dict(point)
-    floats = objective._floats
-    weights = [_float_weight(part, floats[k], point) for k, part in enumerate(objective.parts)]
+    with np.errstate(all="ignore"):
+        weights = [_float_weight(part, k, objective, point) for k, part in enumerate(objective.parts)]
+    if any(np.isnan(weight) or weight < 0 for weight in weights):
+        return _rounded_step(loop, point)
+    held = HELD * max((weight for weight in weights if np.isfinite(weight)), default=1.0)
     for block in loop.groups:
         seen = found if loop.order == "gauss_seidel" else point
         rows, values = [], []
-        for weight, (matrices, b) in zip(weights, floats, strict=True):
+        for weight, (matrices, b) in zip(weights, objective.in_arrays, strict=True):
+            root = np.sqrt(weight if np.isfinite(weight) else held)
             whole = sum((A @ seen[name] for name, A in matrices.items()), b)
             columns = [matrices.get(name, np.zeros((len(b), objective.sizes[name]))) for name in block]
-            if weight is None or not np.isfinite(weight) or weight < 0:
-                if not np.hstack(columns).any():
-                    continue
-                return None
-            rows.append(np.sqrt(weight) * np.hstack(columns))
-            values.append(np.sqrt(weight) * whole)
+            rows.append(root * np.hstack(columns))
+            values.append(root * whole)
         move = np.linalg.lstsq(np.vstack(rows), -np.concatenate(values), rcond=None)[0]
         at = 0
         for name in block:
             found[name] = seen[name] + move[at : at + objective.sizes[name]]
             at += objective.sizes[name]
-    return found
+    return found if all(np.isfinite(values).all() for values in found.values()) else None
 
 
-def _float_weight(part: Part, floats: Any, point: Mapping[str, Any]) -> float | None:
+def _rounded_step(loop: Loop, point: Mapping[str, Floats]) -> dict[str, Floats] | None:
+    """The exact update of a float64 point, rounded; None if there is none."""
+    try:
+        with precision(FLOAT_BITS):
+            moved = loop.step({name: [exact(float(x)) for x in values] for name, values in point.items()})
+    except (SolverError, ZeroDivisionError):
+        return None
+    return {name: np.array([float(arb(x).mid()) for x in values]) for name, values in moved.items()}
+
+
+def _float_weight(part: Part, k: int, objective: Objective, point: Mapping[str, Floats]) -> float:
     if part.term is None or not part.coefficient:
         return float(part.coefficient)
-    values = sum((A @ point[name] for name, A in floats[0].items()), floats[1])
+    matrices, b = objective.in_arrays[k]
+    values = sum((A @ point[name] for name, A in matrices.items()), b)
     return float(part.coefficient) * float(part.term.factor) * weight_in_floats(part.term, values)

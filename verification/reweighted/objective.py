@@ -1,4 +1,4 @@
-"""Objectives of reweighted loops: squares, norms and losses of what is affine in the variables, in exact numbers.
+"""Objectives in exact numbers: squares, norms and losses of what is affine in the variables.
 
     F(z) = sum_j c_j ||A_j z - b_j||^2 + sum_k c_k loss_k(||A_k z - b_k||)
 
@@ -24,8 +24,6 @@ from verification.reweighted.terms import Term
 
 Array = NDArray[Any]
 """An object array of Fractions."""
-
-SPREAD = "norm of all entries, or of each"
 
 
 def fractions(values: Any) -> Array:
@@ -86,7 +84,7 @@ class Affine:
         return Affine(which.shape, parts, self.constant[order])
 
     def __neg__(self) -> "Affine":
-        return self * -1
+        return self.__mul__(-1)
 
     def __add__(self, other: Any) -> "Affine":
         if not isinstance(other, Affine):
@@ -106,7 +104,7 @@ class Affine:
         return self + (other if isinstance(other, Affine) else constant(other)) * -1
 
     def __rsub__(self, other: Any) -> "Affine":
-        return -self + other
+        return (-self).__add__(other)
 
     def __mul__(self, number: Any) -> "Affine":
         factor = fractions(number)[()]
@@ -134,8 +132,8 @@ class Affine:
         return Affine(shape, parts, times(self.constant).ravel())
 
     def __matmul__(self, matrix: Any) -> "Affine":
-        """This vector or matrix times a matrix of data."""
-        return (fractions(matrix).T @ self.T).T
+        """The product with a matrix of data on the right."""
+        return self.T.__rmatmul__(fractions(matrix).T).T
 
     def at(self, point: Mapping[str, Numbers]) -> Numbers:
         """The entries at a point, in its numbers."""
@@ -254,7 +252,7 @@ class Objective:
     def in_floats(self, point: Mapping[str, NDArray[np.float64]]) -> float:
         """F at a float64 point, in float64."""
         total = 0.0
-        for part, (matrices, b) in zip(self.parts, self._floats, strict=True):
+        for part, (matrices, b) in zip(self.parts, self.in_arrays, strict=True):
             values = sum((A @ point[name] for name, A in matrices.items()), b)
             square = float(values @ values)
             total += float(part.coefficient) * (
@@ -263,7 +261,8 @@ class Objective:
         return total
 
     @cached_property
-    def _floats(self) -> list[tuple[dict[str, NDArray[np.float64]], NDArray[np.float64]]]:
+    def in_arrays(self) -> list[tuple[dict[str, NDArray[np.float64]], NDArray[np.float64]]]:
+        """Matrices by variable, and the constant, of each part, in float64."""
         return [
             (
                 {name: matrix.astype(float) for name, matrix in part.affine.parts.items()},
@@ -279,7 +278,7 @@ def squares(affine: Affine) -> Objective:
 
 
 def norm(affine: Affine, weight: Any = "1/(2*r)", **options: Any) -> Objective:
-    """||affine||, the root of the sum of the squares of all entries; the loop has weight(r_i) r**2 in its place.
+    """||affine||, the root of the sum of squares of all entries; weight(r_i) r**2 in the loop.
 
     Parameters
     ----------
@@ -369,6 +368,11 @@ def _at_zero(function: Pieces) -> Any:
         if limit.is_Rational
         else (evaluate(limit, fmpq(0)))
     )
+
+
+def grows_without_bound(term: Term) -> bool:
+    """Whether a weight does not exist at a residual of 0."""
+    return any(_limit(side.weight[0].expression) is None for side in term.sides)
 
 
 def _limit(expression: Any) -> Any:

@@ -1,8 +1,8 @@
 """Whether an expression keeps one sign on an interval: proved, or a rational point at which it does not.
 
-A NO is a rational point at which ball arithmetic excludes the sign. A YES follows factor by factor: polynomials,
-with each root and each exponential replaced by a variable of which only its equation and its sign are used, by z3
-and cvc5; what is left by the sign of the derivative and the limit at the lower end.
+A NO is a rational point at which ball arithmetic excludes the sign. A YES follows factor by factor:
+polynomials, with each root and each exponential replaced by a variable of which only its equation and its
+sign are used, by z3 and cvc5; what is left by the sign of the derivative and the limit at the lower end.
 """
 
 from collections.abc import Iterator

@@ -1,15 +1,17 @@
 """A loss and the weight that a reweighted loop uses for it: what is proved of the pair.
 
-The objective has the term loss(r) of a residual r, or of its norm. The loop replaces it by weight(r_i) square(r), with
-the residual r_i of the last iterate and square(r) = r**2 or r**2/2, minimises, and computes the weights anew. The
-theorem (docs/reweighted.md) says what that descends: the term whose derivative is weight(r) square'(r).
+The objective has the term loss(r) of a residual r, or of its norm. The loop replaces it by weight(r_i)
+square(r), with the residual r_i of the last iterate and square(r) = r**2 or r**2/2, minimises, and computes
+the weights anew. The theorem (docs/reweighted.md) says what that descends: the term whose derivative is
+weight(r) square'(r).
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
+from types import MappingProxyType
 from typing import Any
 
 import sympy as sp
@@ -54,7 +56,8 @@ class Term:
     square : {"r**2", "r**2/2"}
         What the weight multiplies in the loop.
     widths : mapping of str to number
-        Positive numbers of loss and weight, such as ``{"c": "1.345"}``, with the values at which they are judged.
+        Positive numbers of loss and weight, such as ``{"c": "1.345"}``, with the values at which they are
+        judged.
     signed : bool
         Whether r is a residual that may be negative; else it is a norm.
     name : str
@@ -78,7 +81,11 @@ class Term:
         for name, value in self.widths.items():
             if not bool(sp.sympify(str(value)) > 0):
                 raise InputError(f"widths[{name!r}]", value=value, must="must be a positive number")
+        object.__setattr__(self, "widths", MappingProxyType(dict(self.widths)))
         _ = self.sides
+
+    def __hash__(self) -> int:
+        return hash((self.loss, self.weight, self.square, tuple(self.widths.items()), self.signed, self.name))
 
     @property
     def title(self) -> str:
@@ -107,12 +114,19 @@ class Term:
     @cached_property
     def sides(self) -> tuple["Side", ...]:
         """Loss and weight for r > 0 and, where r may be negative and they differ there, for r < 0."""
-        values = [substituted(each, self.widths) for each in (self.loss_expression, self.weight_expression)]
-        positive = Side("", *(pieces(half(each)) for each in values), self.factor)
-        if not self.signed:
-            return (positive,)
-        negative = Side("-", *(pieces(half(each, negative=True)) for each in values), self.factor)
-        return (positive,) if negative.same_as(positive) else (positive, negative)
+        return _sides(self)
+
+
+@lru_cache(maxsize=4096)
+def _sides(term: Term) -> tuple["Side", ...]:
+    values = [substituted(each, term.widths) for each in (term.loss_expression, term.weight_expression)]
+    loss, weight = (pieces(half(each)) for each in values)
+    positive = Side("", loss, weight, term.factor)
+    if not term.signed:
+        return (positive,)
+    loss, weight = (pieces(half(each, negative=True)) for each in values)
+    negative = Side("-", loss, weight, term.factor)
+    return (positive,) if negative.same_as(positive) else (positive, negative)
 
 
 @dataclass(frozen=True)
@@ -187,11 +201,12 @@ def judge_term(
     Returns
     -------
     Answers
-        ``tangent``: is weight(r) square'(r) = loss'(r)? ``majorises``: is the weight non-increasing, so that the
-        weighted square lies above what the weight descends, and touches it at r_i? ``sign``: is the weight >= 0?
-        ``at zero``: is it finite there? ``units``: does it follow a change of the unit of r, as the loss does?
-        ``descends``: which loss the loop descends, and how far that is from the stated one. ``convex``: is that
-        loss convex? The first three and ``units`` may speak against the pair (``fault``).
+        ``tangent``: is weight(r) square'(r) = loss'(r)? ``majorises``: is the weight non-increasing, so
+        that the weighted square lies above what the weight descends, and touches it at r_i? ``sign``: is
+        the weight >= 0? ``at zero``: is it finite there? ``units``: does it follow a change of the unit of
+        r, as the loss does? ``descends``: which loss the loop descends, and how far that is from the stated
+        one. ``convex``: is that loss convex? The first three and ``units`` may speak against the pair
+        (``fault``).
 
     Raises
     ------
@@ -201,19 +216,25 @@ def judge_term(
     Examples
     --------
     >>> judge_term("r", "1/r")["tangent"].statement
-    'The weight is 2 times the tangent one: the loop solves the problem with 2 times this term.'
+    'The weight is 2 times the tangent one: it is that of 2 times the stated loss.'
     """
     term = loss if isinstance(loss, Term) else Term(loss, weight or "", square, widths or {}, signed, name)
-    answers = (
-        _tangent(term),
-        _majorises(term),
-        _sign(term),
-        _at_zero(term),
-        _units(term),
-        _descends(term),
-        _convex(term),
-    )
+    return _judged(term)
+
+
+@lru_cache(maxsize=4096)
+def _judged(term: Term) -> Answers:
+    descends, tangent = _descends(term), _tangent(term)
+    if _smooths(term, descends):
+        tangent = replace(tangent, fault=False)
+    answers = (tangent, _majorises(term), _sign(term), _at_zero(term), _units(term), descends, _convex(term))
     return Answers(term.title, answers)
+
+
+def _smooths(term: Term, descends: Answer) -> bool:
+    """Whether what it descends is the stated loss, which is unbounded, up to a bounded distance."""
+    unbounded = all(sp.limit(side.loss[-1].expression, R, sp.oo) is sp.oo for side in term.sides)
+    return unbounded and "distance" in descends.instance
 
 
 def _tangent(term: Term) -> Answer:
@@ -257,10 +278,7 @@ def _not_tangent(term: Term, side: Side, point: Fraction) -> Answer:
     if factor is None:
         said = "The weighted square has another slope than the loss at r_i."
     elif factor.is_number:
-        said = (
-            f"The weight is {factor} times the tangent one: the loop solves the problem with {factor} times"
-            " this term."
-        )
+        said = f"The weight is {factor} times the tangent one: it is that of {factor} times the stated loss."
     else:
         said = f"The weight is {factor} times the tangent one, a factor that depends on r."
     where = sp.Rational(point.numerator, point.denominator)
@@ -271,6 +289,8 @@ def _not_tangent(term: Term, side: Side, point: Fraction) -> Answer:
         at_point = fmpq(point.numerator, point.denominator)
         wanted, got = (evaluate(each, at_point) for each in (sp.diff(loss, R), side.slope(weight)))
     shown = {"r": side.shown(point), "slope of the loss": _text(wanted), "slope of the square": _text(got)}
+    if factor is not None and factor.is_number:
+        shown["factor"] = str(factor)
     if side.sign:
         shown |= {"slope of the loss": f"-({_text(wanted)})", "slope of the square": f"-({_text(got)})"}
     return Answer("tangent", Word.NO, said, f"ball arithmetic at r = {shown['r']}", shown, fault=True)
@@ -318,7 +338,7 @@ def _asymmetric(term: Term) -> Answer:
             for here, there in product(term.sides, repeat=2):
                 shown = _lies_below(term, (here, r), (there, t))
                 if shown is not None:
-                    said = "Loss or weight differ at r and -r: the square from one r lies below the loss at another."
+                    said = "The square from one residual lies below the loss at another: r and -r differ."
                     basis = f"ball arithmetic at r = {shown['r_i']} and {shown['r']}"
                     return Answer("majorises", Word.NO, said, basis, shown, fault=True)
     said = "The weight differs at r and -r; whether its square lies above the loss was not decided."
@@ -517,30 +537,25 @@ def _unlike(side: Side, moved: Side, t: Fraction) -> dict[str, str] | None:
 
 def _descends(term: Term) -> Answer:
     question = "descends"
-    distances, formulas = [], []
-    for side in term.sides:
-        distance = _distance(side)
-        formulas.append(_integral(side))
-        distances.append(distance)
+    distances = [_distance(side) for side in term.sides]
+    known = [each for each in distances if each is not None]
+    formulas = [_integral(side) for side in term.sides]
     if all(each == (0, 0) for each in distances):
         return Answer(question, Word.YES, "It descends the stated loss.", "weight(r) square'(r) = loss'(r)")
     shown = " and ".join(dict.fromkeys(formulas))
-    if None in distances:
+    if len(known) < len(distances):
         said = f"It descends {shown}; how far that is from the stated loss was not decided."
         return Answer(question, Word.UNDECIDED, said, "integral of the weight by SymPy")
-    reach = sp.Max(*(high for _, high in distances)) - sp.Min(*(low for low, _ in distances))
+    reach = sp.Max(*(high for _, high in known)) - sp.Min(*(low for low, _ in known))
+    basis = "integral of the weight by SymPy, limits at the ends of each interval"
     if reach is sp.oo:
         said = f"It descends {shown}, which is arbitrarily far from the stated loss."
-        return Answer(
-            question, Word.NO, said, "integral of the weight by SymPy, limits at the ends of each interval"
-        )
+        return Answer(question, Word.NO, said, basis)
     said = (
         f"It descends {shown}, which differs from the stated loss by {reach} at most, up to a constant:"
         f" a minimum of it is within {reach} of the optimum for each such term."
     )
-    return Answer(
-        question, Word.NO, said, "integral of the weight by SymPy, limits at the ends of each interval"
-    )
+    return Answer(question, Word.NO, said, basis, {"distance": str(reach)})
 
 
 def _integral(side: Side) -> str:
@@ -557,7 +572,7 @@ def _integral(side: Side) -> str:
 
 
 def _distance(side: Side) -> tuple[Any, Any] | None:
-    """Least and largest value of loss(r) less what the weight descends, which is 0 at r = 0; None: not found."""
+    """Least and largest value of the loss less what the weight descends, from 0 at r = 0; None: not found."""
     level, ends = sp.S.Zero, [sp.S.Zero]
     for lower, upper, loss, weight in side.both:
         slope = sp.simplify(sp.diff(loss, R) - side.slope(weight))
@@ -582,7 +597,7 @@ def _convex(term: Term) -> Answer:
         for lower, upper, loss, _ in side.both:
             decision = never_positive(-sp.simplify(sp.diff(loss, R, 2)), lower, upper)
             if decision.word is Word.NO:
-                said = "The loss is not convex: other minima may exist, and no limit is promised to be the least."
+                said = "The loss is not convex: a limit may be a minimum that is not the least."
                 return Answer(
                     "convex", Word.NO, said, decision.basis, {"r": side.shown(decision.point or Fraction(1))}
                 )
