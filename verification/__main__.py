@@ -17,10 +17,11 @@ from verification.commands import (
     lassos,
     replay,
     reports,
+    reweighted,
     solvers,
 )
 
-VERIFY = ("cvc5", "hypothesis", "jinja2", "joblib", "jsonschema", "matplotlib", "z3")
+VERIFY = ("cvc5", "hypothesis", "jinja2", "joblib", "jsonschema", "matplotlib", "sympy", "z3")
 """Modules that the extra `verify` brings; a command imports what it needs before it does anything."""
 
 
@@ -70,6 +71,7 @@ app.command(help=reports.REPORTS_HELP)(reports.reports)
 app.command(help=solvers.FAMILIES_HELP)(solvers.families)
 app.command(help=campaign.CAMPAIGN_HELP)(campaign.campaign)
 app.command(help=lassos.LASSOS_HELP)(lassos.lassos)
+app.command(help=reweighted.LOOPS_HELP)(reweighted.loops)
 app.command(help=solvers.CHECK_HELP)(solvers.check)
 app.command(help=solvers.BENCH_HELP)(solvers.bench)
 

@@ -30,6 +30,8 @@ class Answer:
         For a NO, the numbers that show it, as text; empty if there are none.
     fault : bool
         Whether a NO speaks against the update; some questions only describe it.
+    replay : mapping
+        For a NO about a loop, ``data`` and ``start`` of its instance as JSON values.
     """
 
     question: str
@@ -38,6 +40,7 @@ class Answer:
     basis: str
     instance: Mapping[str, str] = field(default_factory=dict)
     fault: bool = False
+    replay: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def accuses(self) -> bool:

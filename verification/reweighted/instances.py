@@ -154,6 +154,11 @@ class Instance:
             shown = {"point": shown_point(point), "F there": shown_number(self.loop.objective.at(point))}
         return shown | {"better point": shown_point(better[0]), "F elsewhere": shown_number(better[1])}
 
+    def as_json(self) -> dict[str, Any]:
+        """Data and start as JSON values; numbers of the start as text p/q."""
+        start = {name: [str(x) for x in values] for name, values in self.start.items()}
+        return {"data": dict(self.data), "start": start}
+
     def shown(self) -> dict[str, str]:
         """Data and start as text."""
         start = ", ".join(f"{name} = ({', '.join(map(str, values))})" for name, values in self.start.items())
@@ -202,6 +207,20 @@ class Search:
             return find(_instances(self.build, self.data), shows, settings=options)
         except NoSuchExample:
             return None
+
+
+def instance(build: Build, data: Mapping[str, Any], start: Mapping[str, Any]) -> Instance:
+    """An instance from what `Instance.as_json` gave.
+
+    Raises
+    ------
+    InputError
+        The loop has other variables than the start.
+    """
+    loop = build(**data)
+    if set(start) != set(loop.objective.sizes):
+        raise InputError("start", value=sorted(start), must=f"must name {', '.join(loop.objective.sizes)}")
+    return Instance(data, loop, {name: tuple(Fraction(x) for x in values) for name, values in start.items()})
 
 
 @st.composite

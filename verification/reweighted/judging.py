@@ -4,8 +4,8 @@ Everything that speaks against a loop is shown at one instance, F in rationals a
 follows from the theorem of docs/reweighted-theorem.md and from what is proved of its terms, or is not said.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -13,18 +13,13 @@ import numpy as np
 import sympy as sp
 from hypothesis import strategies as st
 
-from convexperc.errors import InputError
-from verification.exact.balls import precision
 from verification.reweighted.answers import Answer, Answers, Word
 from verification.reweighted.instances import (
-    BITS,
     STEPS,
     Build,
     Instance,
     Search,
-    exact_run,
     shown_number,
-    shown_point,
 )
 from verification.reweighted.loops import Loop, Point, float_run, in_unit
 from verification.reweighted.meeting import meetings
@@ -170,15 +165,15 @@ def _descends(search: Search, facts: Facts) -> Answer:
         said = "F never rises: each weighted square lies above its loss and touches it at the iterate."
         return Answer(question, Word.YES, said, "theorem, part (a); the terms are tangent and majorise")
     if facts.smoothed:
-        said = f"F with smoothed losses, each within {facts.smoothing} of the stated one, never rises; F itself may."
+        said = f"F with smoothed losses, each within {facts.smoothing} of its own, never rises; F itself may."
         return Answer(question, Word.NO, said, "theorem, parts (a) and (b); the integrals of the weights")
-    found = search.smallest(lambda instance: instance.run.rise is not None)
+    found = search.smallest(SHOWS[question])
     if found is not None:
         at = found.run.rise or 1
         before, after = (shown_number(found.run.values[k]) for k in (at - 1, at))
         shown = {**found.shown(), "iteration": str(at), "F before": before, "F after": after}
         said = f"F rises in iteration {at}, from {before} to {after}."
-        return Answer(question, Word.NO, said, "exact iterates from the start", shown, fault=True)
+        return _against(question, said, "exact iterates from the start", shown, found)
     basis = f"{search.examples} instances, {STEPS} exact iterations each"
     if facts.majorised and facts.covered:
         said = "No rise was found; what never rises is F with the losses that the weights are tangent to."
@@ -189,23 +184,19 @@ def _descends(search: Search, facts: Facts) -> Answer:
 
 def _defined(search: Search) -> Answer:
     question = "defined"
-    found = search.smallest(lambda instance: bool(instance.run.ended))
+    found = search.smallest(SHOWS[question])
     if found is None:
         basis = f"{search.examples} instances, {STEPS} exact iterations each"
         return Answer(question, Word.UNDECIDED, "Every update that was tried exists.", basis)
     said = f"There is no iterate {len(found.run.points)}: {found.run.ended}"
-    return Answer(question, Word.NO, said, "exact iterates from the start", found.shown(), fault=True)
+    return _against(question, said, "exact iterates from the start", found.shown(), found)
 
 
 def _starts(search: Search, facts: Facts) -> Answer:
     question = "starts"
     if facts.smooth:
         return _never_held(question)
-
-    def shows(instance: Instance) -> bool:
-        return instance.starts_at_zero and instance.rests_away(rational_point(instance.start))
-
-    found = search.smallest(shows, MANY)
+    found = search.smallest(SHOWS[question], MANY)
     if found is None:
         said = "No start was found that is at a residual of 0 and rests there away from the optimum."
         return Answer(question, Word.UNDECIDED, said, f"{MANY} instances")
@@ -216,7 +207,14 @@ def _rests(question: str, where: str, found: Instance, point: Point, basis: str)
     shown = found.shown() | found.compared(point)
     said = f"{where} at a residual of 0, where the loop rests with F = {shown['F there']}"
     said += f"; F = {shown['F elsewhere']} at {shown['better point']}."
-    return Answer(question, Word.NO, said, basis, shown, fault=True)
+    return _against(question, said, basis, shown, found)
+
+
+def _against(
+    question: str, said: str, basis: str, shown: dict[str, str], found: Instance, *, fault: bool = True
+) -> Answer:
+    """A NO that an instance shows."""
+    return Answer(question, Word.NO, said, basis, shown, fault, found.as_json())
 
 
 def _never_held(question: str) -> Answer:
@@ -237,7 +235,7 @@ def _zeros(search: Search, facts: Facts) -> Answer:
     question = "zeros"
     if facts.smooth:
         return _never_held(question)
-    found = search.smallest(lambda instance: _locked(instance) is not None)
+    found = search.smallest(SHOWS[question])
     locked = None if found is None else _locked(found)
     if found is None or locked is None:
         said = (
@@ -246,14 +244,7 @@ def _zeros(search: Search, facts: Facts) -> Answer:
         return Answer(question, Word.UNDECIDED, said, f"{search.examples} instances")
     where = f"From {locked.start} an iterate is exactly"
     answer = _rests(question, where, found, locked.point, locked.basis)
-    return Answer(
-        question,
-        Word.NO,
-        answer.statement,
-        answer.basis,
-        {**answer.instance, "start": locked.start},
-        fault=True,
-    )
+    return replace(answer, instance={**answer.instance, "start": locked.start})
 
 
 def _locked(instance: Instance) -> _Locked | None:
@@ -279,7 +270,7 @@ def _units(search: Search, facts: Facts) -> Answer:
     if facts.free_of_units:
         said = "In another unit it makes the same steps: the weights follow as the losses do."
         return Answer(question, Word.YES, said, "dimensional analysis of the terms")
-    found = search.smallest(lambda instance: _unit_missed(instance) is not None, FEW)
+    found = search.smallest(SHOWS[question], FEW)
     unit = None if found is None else _unit_missed(found)
     if found is None or unit is None:
         said = "In every unit that was tried it ends as near to the optimum."
@@ -291,7 +282,7 @@ def _units(search: Search, facts: Facts) -> Answer:
     shown = found.shown() | {"unit": str(unit)} | moved.compared(end)
     there, elsewhere = shown["F there"], shown["F elsewhere"]
     said = f"With the data times {unit} it ends at F = {there}; F = {elsewhere} elsewhere."
-    return Answer(question, Word.NO, said, "float64 iterates; F at both points in balls", shown, fault=True)
+    return _against(question, said, "float64 iterates; F at both points in balls", shown, found)
 
 
 def _unit_missed(instance: Instance) -> Fraction | None:
@@ -324,9 +315,9 @@ def _limit(search: Search, facts: Facts) -> Answer:
         said = "The limit is the optimum unless a residual becomes exactly 0."
         return Answer(question, Word.UNDECIDED, said, "theorem, part (c)")
     if facts.smoothed and facts.convex and facts.smooth:
-        said = f"A limit point minimises F with smoothed losses, each within {facts.smoothing} of the stated one."
+        said = f"A limit point minimises F with smoothed losses, each within {facts.smoothing} of its own."
         return Answer(question, Word.NO, said, "theorem, parts (b) and (c)")
-    found = search.smallest(_ends_away, FEW)
+    found = search.smallest(SHOWS[question], FEW)
     end = None if found is None else _end(found)
     if found is None or end is None:
         said = "No end away from the optimum was found."
@@ -334,7 +325,27 @@ def _limit(search: Search, facts: Facts) -> Answer:
     shown = found.shown() | found.compared(end)
     said = f"It ends at F = {shown['F there']}, {shown['point']}; F = {shown['F elsewhere']} elsewhere."
     basis = "float64 iterates; F at both points in balls"
-    return Answer(question, Word.NO, said, basis, shown, fault=facts.convex)
+    return _against(question, said, basis, shown, found, fault=facts.convex)
+
+
+def _rises(instance: Instance) -> bool:
+    return instance.run.rise is not None
+
+
+def _has_no_update(instance: Instance) -> bool:
+    return bool(instance.run.ended)
+
+
+def _starts_and_rests(instance: Instance) -> bool:
+    return instance.starts_at_zero and instance.rests_away(rational_point(instance.start))
+
+
+def _meets_and_rests(instance: Instance) -> bool:
+    return _locked(instance) is not None
+
+
+def _misses_in_a_unit(instance: Instance) -> bool:
+    return _unit_missed(instance) is not None
 
 
 def _ends_away(instance: Instance) -> bool:
@@ -361,30 +372,12 @@ def _end(instance: Instance) -> Point | None:
     return rational_point({name: values.tolist() for name, values in last.items()})
 
 
-def table(
-    build: Build, data: dict[str, Any], start: dict[str, Any], steps: int = STEPS
-) -> list[tuple[str, str, str]]:
-    """Iteration, point and F along an instance, exactly, as text.
-
-    Parameters
-    ----------
-    build : function
-    data : dict
-        Arguments of `build`.
-    start : dict of str to sequence of numbers
-    steps : int
-
-    Raises
-    ------
-    InputError
-        The loop has other variables than the start.
-    """
-    loop = build(**data)
-    if set(start) != set(loop.objective.sizes):
-        raise InputError("start", value=sorted(start), must=f"must name {', '.join(loop.objective.sizes)}")
-    run = exact_run(loop, start, steps)
-    with precision(BITS):
-        return [
-            (str(k), shown_point(point), shown_number(value))
-            for k, (point, value) in enumerate(zip(run.points, run.values, strict=True))
-        ]
+SHOWS: dict[str, Callable[[Instance], bool]] = {
+    "descends": _rises,
+    "defined": _has_no_update,
+    "starts": _starts_and_rests,
+    "zeros": _meets_and_rests,
+    "units": _misses_in_a_unit,
+    "limit": _ends_away,
+}
+"""What an instance shows where the answer to a question is NO."""

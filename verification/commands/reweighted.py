@@ -1,0 +1,134 @@
+"""Commands about reweighted loops; no mathematics."""
+
+import importlib.util
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.table import Table as Grid
+
+from convexperc.errors import InputError
+from convexperc.files import write_atomic, write_json
+from verification.commands.console import console, say
+from verification.commands.misuse import FAILED, check_places, misuse
+
+if TYPE_CHECKING:
+    from verification.reweighted.answers import Answers
+    from verification.reweighted.records import Record
+
+LOOPS_HELP = (
+    "Judge a reweighted loop against its own objective: a case of the gallery, or one in a Python file.\n\n"
+    "The file has `build`, a function that returns a Loop, and `data`, the Hypothesis strategies of its"
+    " arguments; docs/reweighted.md begins with one. Without an argument, list the gallery.\n\n"
+    "Exit code 0: nothing speaks against the loop; 1: something does; 2: misuse."
+)
+
+
+def loops(
+    name: Annotated[
+        str, typer.Argument(metavar="[ID|FILE]", help="A case, a stored instance, or a file.")
+    ] = "",
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the answers to this file.", dir_okay=False)
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Of a stored instance: draw F by iteration.", dir_okay=False)
+    ] = None,
+    store: Annotated[
+        Path | None, typer.Option(help="Judge the whole gallery, and write it to this file.", dir_okay=False)
+    ] = None,
+) -> None:
+    """Run the command ``loops``."""
+    from verification.reweighted.records import stored_records  # noqa: PLC0415 - keeps --help quick
+
+    check_places({"ID": Path(name) if name.endswith(".py") else None}, json=json_file, plot=plot, store=store)
+    records = stored_records()
+    if store is not None:
+        _store(store)
+    elif not name:
+        _list()
+    elif name in records:
+        _replay(records[name], plot)
+    else:
+        _judge(name, json_file)
+
+
+def _judge(name: str, place: Path | None) -> None:
+    from verification.reweighted.judging import judge_loop  # noqa: PLC0415
+    from verification.reweighted.records import judged  # noqa: PLC0415
+
+    with misuse("ID|FILE"):
+        if name.endswith(".py"):
+            build, data = _stated(Path(name))
+            answers = judge_loop(build, **data)
+        else:
+            answers = judged(name)[0]
+    _show(answers)
+    if place is not None:
+        with misuse("--json"):
+            write_json(place, answers.as_json())
+    raise typer.Exit(FAILED if answers.faults else 0)
+
+
+def _show(answers: "Answers") -> None:
+    say(answers.subject)
+    grid = Grid("question", "answer", "what was found", "rests on", show_lines=True)
+    for answer in answers:
+        given = "\n".join(f"{key}: {value}" for key, value in answer.instance.items())
+        grid.add_row(answer.question, answer.word.value, f"{answer.statement}\n{given}".strip(), answer.basis)
+    console().print(grid)
+
+
+def _stated(file: Path) -> tuple[Callable[..., Any], Mapping[str, Any]]:
+    """`build` and `data` of a Python file, which is run."""
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    if spec is None or spec.loader is None or not file.is_file():
+        raise InputError("FILE", value=str(file), must="must be a Python file")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    build, data = getattr(module, "build", None), getattr(module, "data", None)
+    if not callable(build) or not isinstance(data, Mapping):
+        raise InputError("FILE", value=str(file), must="must have a function `build` and a mapping `data`")
+    return build, data
+
+
+def _list() -> None:
+    from verification.reweighted.gallery.cases import CASES  # noqa: PLC0415
+    from verification.reweighted.records import stored_records  # noqa: PLC0415
+
+    found = stored_records()
+    grid = Grid("case", "what it is", "source", "stored instances")
+    for case in CASES.values():
+        ids = [record.id for record in found.values() if record.case == case.id]
+        grid.add_row(case.id, case.title, case.source, "\n".join(ids))
+    console().print(grid)
+
+
+def _replay(record: "Record", plot: Path | None) -> None:
+    from convexperc.report import picture_kind  # noqa: PLC0415
+
+    say(record.statement)
+    grid = Grid("iteration", "point", "F")
+    for row in record.table():
+        grid.add_row(*row)
+    console().print(grid)
+    if plot is not None:
+        with misuse("--plot"):
+            write_atomic(plot, record.plot(picture_kind(plot)))
+    confirmed = record.is_confirmed
+    say("confirmed again" if confirmed else "no longer confirmed: the record is stale")
+    raise typer.Exit(0 if confirmed else FAILED)
+
+
+def _store(place: Path) -> None:
+    from verification.reweighted.gallery.cases import CASES  # noqa: PLC0415
+    from verification.reweighted.records import gallery_record, judged  # noqa: PLC0415
+
+    found = {}
+    for case in CASES:
+        found[case] = judged(case)
+        faults = ", ".join(answer.question for answer in found[case][0].faults) or "none"
+        say(f"{case}: against it: {faults}")
+    with misuse("--store"):
+        write_json(place, gallery_record(found))
