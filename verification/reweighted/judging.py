@@ -41,11 +41,19 @@ AFTER = 200
 SMALL = 1e-10
 """Share of the iterate; steps below it are an end, where the loop has no rule of its own."""
 
+QUESTIONS = ("descends", "defined", "starts", "zeros", "units", "limit")
+
 UNITS = tuple(Fraction(2) ** k for k in (-10, -20, -30, 20))
 """Data in other units: multiplied by these, which float64 does exactly."""
 
 
-def judge_loop(build: Build, *, examples: int = EXAMPLES, **data: st.SearchStrategy[Any]) -> Answers:
+def judge_loop(
+    build: Build,
+    *,
+    examples: int = EXAMPLES,
+    questions: Sequence[str] = QUESTIONS,
+    **data: st.SearchStrategy[Any],
+) -> Answers:
     """Judge a reweighted loop against its own objective.
 
     Parameters
@@ -54,6 +62,8 @@ def judge_loop(build: Build, *, examples: int = EXAMPLES, **data: st.SearchStrat
         Returns a `Loop` for the data.
     examples : int
         Instances that are drawn for a question.
+    questions : sequence of str
+        Which of those below.
     **data : Hypothesis strategies
         Of the arguments of `build`. Small integers give small counterexamples.
 
@@ -68,18 +78,13 @@ def judge_loop(build: Build, *, examples: int = EXAMPLES, **data: st.SearchStrat
     Raises
     ------
     InputError
-        `build` does not return a loop for the data drawn.
+        `build` does not return a loop for the data drawn, or there is no such question.
     """
+    if odd := set(questions) - set(QUESTIONS):
+        raise InputError("questions", value=sorted(odd), must=f"must be among {', '.join(QUESTIONS)}")
     search = Search(build, st.fixed_dictionaries(data), examples)
     facts = Facts.of(search.loops(SOME))
-    answers = (
-        _descends(search, facts),
-        _defined(search),
-        _starts(search, facts),
-        _zeros(search, facts),
-        _units(search, facts),
-        _limit(search, facts),
-    )
+    answers = tuple(ANSWERS[question](search, facts) for question in QUESTIONS if question in questions)
     return Answers(getattr(build, "__name__", "loop").replace("_", " "), answers)
 
 
@@ -182,7 +187,7 @@ def _descends(search: Search, facts: Facts) -> Answer:
     return Answer(question, Word.UNDECIDED, said, basis)
 
 
-def _defined(search: Search) -> Answer:
+def _defined(search: Search, facts: Facts) -> Answer:
     question = "defined"
     found = search.smallest(SHOWS[question])
     if found is None:
@@ -381,3 +386,12 @@ SHOWS: dict[str, Callable[[Instance], bool]] = {
     "limit": _ends_away,
 }
 """What an instance shows where the answer to a question is NO."""
+
+ANSWERS: dict[str, Callable[[Search, Facts], Answer]] = {
+    "descends": _descends,
+    "defined": _defined,
+    "starts": _starts,
+    "zeros": _zeros,
+    "units": _units,
+    "limit": _limit,
+}
