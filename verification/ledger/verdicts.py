@@ -7,6 +7,8 @@ than support. The reason names what a verdict rests on.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
+from operator import itemgetter
 
 from convexperc.errors import ConvexpercError
 from verification.ledger.claims import CLAIMS, PARTS, PROTOCOL, Claim, Part, Role
@@ -238,8 +240,9 @@ def trust_base(steps: Sequence[Step]) -> str:
         told.append(_many(number[Checker.CITED], "cited theorem", "cited theorems"))
     if number[Checker.PROSE]:
         places = sorted({step.source for step in steps if step.checker is Checker.PROSE})
-        document, sections = places[0].split()[0], ", ".join(place.split()[-1] for place in places)
-        told.append(f"{_many(number[Checker.PROSE], 'joint', 'joints')} in prose ({document} {sections})")
+        pages = groupby((place.split() for place in places), key=itemgetter(0))
+        where = "; ".join(f"{page} {', '.join(section for _, section in found)}" for page, found in pages)
+        told.append(f"{_many(number[Checker.PROSE], 'joint', 'joints')} in prose ({where})")
     return ", ".join(told)
 
 

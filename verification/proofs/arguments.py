@@ -2,8 +2,8 @@
 
 A step is made by a function that checks what it is given: `polynomials.identity`, `polynomials.exact`,
 `matrices.matrix_identity` or `reals.real`. What no machine checks is named beside them (`unchecked`): the
-theorems that are cited, and the joints. A step's statement starts with its name; docs/theorem.md is the
-proof, and uses these names.
+theorems that are cited, and the joints. A step's statement starts with its name; docs/theorem.md and
+docs/reweighted-theorem.md are the proofs, and use these names.
 """
 
 from collections.abc import Iterable
@@ -17,6 +17,7 @@ from verification.proofs import (
     limit,
     one_view,
     rate,
+    reweighted,
     smooth,
     systems,
     zeros,
@@ -37,9 +38,14 @@ def all_arguments() -> tuple[Argument, ...]:
 
 
 def all_steps(arguments: Iterable[Argument]) -> tuple[Step, ...]:
-    """The steps of arguments, and those of the audit of the appendix, checked now; each name once."""
+    """The steps of arguments and those that belong to no part of a claim, checked now; each name once."""
     found = [step for argument in arguments for step in argument.steps]
-    return tuple({step_name(step): step for step in (*found, *audit.steps())}.values())
+    return tuple({step_name(step): step for step in (*found, *other_steps())}.values())
+
+
+def other_steps() -> tuple[Step, ...]:
+    """The steps of the audit of the appendix and of the general theorem, checked now."""
+    return (*audit.steps(), *reweighted.steps())
 
 
 def step_name(step: Step) -> str:

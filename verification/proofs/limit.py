@@ -4,7 +4,7 @@ from verification.ledger.evidence import Argument, Step
 from verification.proofs.checkers.matrices import matrix_identity
 from verification.proofs.checkers.polynomials import identity
 from verification.proofs.checkers.reals import real
-from verification.proofs.descent import both_falls
+from verification.proofs.descent import descent
 from verification.proofs.norms import (
     bracket_modality,
     bracket_view,
@@ -13,6 +13,7 @@ from verification.proofs.norms import (
     slope_modality,
     tangent_view,
 )
+from verification.proofs.reweighted import growth
 from verification.proofs.unchecked import cited, joints
 
 BOLZANO_WEIERSTRASS = (
@@ -27,7 +28,7 @@ def arguments() -> tuple[Argument, ...]:
 
 def limit() -> Argument:
     """T1c/limit; the Jacobi rows are checked along."""
-    steps = (*both_falls(), *vanishing(), *rows(), *stationary(), *settling(), *optimal())
+    steps = (*descent(), *vanishing(), *rows(), *stationary(), *settling(), *optimal())
     conclusion = (
         "For lambda1, lambda2, lambda3 > 0, F(i) -> F*, and w(i) and Xu(i) converge, in both orders, from"
         " every start whose iterates have no entry of w and no block of u that is exactly 0."
@@ -203,26 +204,7 @@ def settling() -> tuple[Step, ...]:
 def optimal() -> tuple[Step, ...]:
     """The limit satisfies the optimality conditions everywhere."""
     return (
-        real(
-            "limit-growth",
-            "an entry with |v_j| above lambda2 by a factor grows by that factor; a block likewise",
-            ["s > 0", "l > 0", "l*y == V*s", "V >= (1 + h)*l"],
-            "y >= (1 + h)*s",
-            s="|w_j(i)|",
-            y="|w_j(i+1)|",
-            V="|v_j|",
-            l="lambda2",
-            h="the excess of the factor over 1",
-        ),
-        real(
-            "limit-unbounded",
-            "Bernoulli's inequality, from k to the next",
-            ["h > 0", "k >= 0", "P >= 1 + k*h"],
-            "P*(1 + h) >= 1 + (k + 1)*h",
-            P="(1 + h)^k",
-            h="the excess of the factor over 1",
-            k="a number of iterations",
-        ),
+        *growth(),
         *joints("unbounded"),
         bracket_view(),
         bracket_modality(),

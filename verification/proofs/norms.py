@@ -85,10 +85,10 @@ def bracket_modality() -> Step:
         "the same for a block",
         ["G <= l", "s >= 0", "c >= -G*s"],
         "l*s + c >= 0",
-        G="||g^i||, or ||X_i'b|| of a feasible dual point",
-        l="lambda3",
-        s="||k||, k the block u^i or a change of it",
-        c="g^i'k, or (X_i'b)'k",
+        G="||g^i||, ||X_i'b|| of a feasible dual point, or the norm of a residual's dual vector",
+        l="lambda3, or lambda_k",
+        s="||k||, k the block u^i or a change of it, or A_k times a change",
+        c="the inner product of that vector and k",
     )
 
 

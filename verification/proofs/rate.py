@@ -4,7 +4,7 @@ from verification.ledger.evidence import Argument, Step
 from verification.proofs.checkers.matrices import matrix_identity
 from verification.proofs.checkers.polynomials import identity
 from verification.proofs.checkers.reals import real
-from verification.proofs.descent import both_falls
+from verification.proofs.descent import descent
 from verification.proofs.example import example
 from verification.proofs.limit import optimal, rows, settling, stationary, vanishing
 from verification.proofs.norms import cauchy_schwarz, quadratic_part
@@ -23,7 +23,7 @@ CONDITION = (
 def arguments() -> tuple[Argument, ...]:
     """T1c/rate."""
     steps = (
-        *(*both_falls(), *vanishing(), *rows(), *stationary(), *settling(), *optimal()),
+        *(*descent(), *vanishing(), *rows(), *stationary(), *settling(), *optimal()),
         *(*growth(), *subgradient(), *contraction(), *example()),
     )
     conclusion = (

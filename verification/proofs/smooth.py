@@ -4,8 +4,9 @@ from verification.ledger.evidence import Argument, Step
 from verification.proofs.checkers.matrices import matrix_identity
 from verification.proofs.checkers.polynomials import identity
 from verification.proofs.checkers.reals import real
-from verification.proofs.descent import chain, fall_gauss_seidel, fall_jacobi, update
+from verification.proofs.descent import form
 from verification.proofs.norms import cauchy_schwarz
+from verification.proofs.reweighted import distance, falls
 from verification.proofs.unchecked import joints
 
 VALUES = {"f": "phi(v)", "g": "phi(t)"}
@@ -18,11 +19,7 @@ def arguments() -> tuple[Argument, ...]:
 
 def smoothed_descent() -> Argument:
     """T1c/smoothed_descent."""
-    steps = (
-        majorise(),
-        *joints("sums", "norms", "loop", "smooth-descent"),
-        *(*update(), fall_gauss_seidel(), fall_jacobi(), *chain()),
-    )
+    steps = (majorise(), *joints("sums", "norms", "loop", "substitution"), form(), *falls())
     conclusion = (
         "F_eps(i) - F_eps(i+1) >= the same sums of squares, A = lambda2 D^w, B = lambda3 D^u smoothed."
     )
@@ -55,17 +52,7 @@ def smoothed_distance() -> Argument:
             t="an entry, or the norm of a block",
             e="eps",
         ),
-        real(
-            "smooth-minimum",
-            "F at a minimum of F_eps, by way of F_eps at an optimum of F",
-            ["F <= E", "E <= Es", "Es <= Fs + s"],
-            "F - Fs <= s",
-            F="F at the minimum of F_eps",
-            E="F_eps there",
-            Es="F_eps at an optimum of F",
-            Fs="F*",
-            s="eps (n lambda2 + m lambda3)",
-        ),
+        *distance(),
         *convergence(),
     )
     conclusion = (

@@ -1,10 +1,11 @@
-"""What no machine checks: theorems of the literature, and the joints that docs/theorem.md argues in words."""
+"""What no machine checks: theorems of the literature, and the joints that are argued in words."""
 
 from verification.ledger.evidence import Checker, Step
 
-DOCUMENT = "docs/theorem.md"
+THEOREM = "docs/theorem.md"
+GENERAL = "docs/reweighted-theorem.md"
 
-JOINTS: dict[str, tuple[str, str]] = {
+THEOREM_JOINTS: dict[str, tuple[str, str]] = {
     # section 0: used everywhere
     "sums": (
         "0",
@@ -32,6 +33,11 @@ JOINTS: dict[str, tuple[str, str]] = {
         "2.1",
         "an entry or a block that is exactly 0, with a positive lambda, stays 0: its step is 0 whatever"
         " its row says, and it adds nothing to F or Q",
+    ),
+    "substitution": (
+        "2.1",
+        "the rows of Q in w and u are the two systems; its form at (dw, 0) and (0, du) adds up to the squares"
+        " for Gauss-Seidel, and at (dw, -du) it is those for Jacobi",
     ),
     # section 2.2
     "vanishing": (
@@ -95,17 +101,11 @@ JOINTS: dict[str, tuple[str, str]] = {
         "a block takes the steps of an entry: its norm for the absolute value, its direction for the sign",
     ),
     # section 3
-    "half": (
-        "3",
-        "half of lambda2 and lambda3, times the same D, are the A and B of the corrected update for those"
-        " halves",
-    ),
     "no-rate": (
         "3",
         "a rate q < 1 from some N on would bound w(N+m) by C/(1+g)^m for every m, with g > 0 and a fixed C",
     ),
     # section 4
-    "smooth-descent": ("4", "the proof of (a) applies word for word with F_eps for F, and nothing is held"),
     "smooth-level": (
         "4",
         "the level set of the start is convex and compact, phi <= R on it; so F_eps is strongly convex"
@@ -162,14 +162,61 @@ JOINTS: dict[str, tuple[str, str]] = {
 }
 """By name: the section of docs/theorem.md that argues the joint, and what it says."""
 
+GENERAL_JOINTS: dict[str, tuple[str, str]] = {
+    "mean-value": (
+        "2",
+        "an integral is the length of its interval times a mean of omega there, which is at most omega(s) to"
+        " the right of s and at least omega(s) to the left, as omega does not rise",
+    ),
+    "block-minimum": (
+        "2",
+        "at a minimum of Q over a block, with the residuals of infinite weight held at 0, the derivative"
+        " along the block's step is 0; so Q falls by the form of the step",
+    ),
+    "block-induction": ("2", "one block after the other: the falls of Q add up, as the weights stay fixed"),
+    "same-objective": ("3", "where omega = psi', the integral of omega is psi up to a constant"),
+    "short-step": (
+        "3",
+        "as g grows, or t falls, the step tends to 0 while the slope of F tends to a number that is not 0;"
+        " what losses with a derivative add beyond first order is of smaller order than the step",
+    ),
+    "scaled": (
+        "3",
+        "the weights kappa_k psi_k' are those of the losses kappa_k psi_k: lambda_k becomes kappa_k lambda_k",
+    ),
+    "sweep-gradient": (
+        "4",
+        "the derivative with respect to a block is 0 after its step, and the steps until then change it by"
+        " twice their images at most; so the gradient at the iterate is at most 2m times the sum of the norms"
+        " of these images, and for Jacobi at most 2L times the steps",
+    ),
+    "bounded-limit": (
+        "4",
+        "F_omega and Q have one gradient at the iterate; its limit is 0, F_omega is continuously"
+        " differentiable, and a convex function is least where its gradient is 0",
+    ),
+    "lock-limit": (
+        "4",
+        "the rows pass to the limit where residuals are not 0 there; the others' dual vectors are determined"
+        " by the rest and converge; one longer than lambda_k in the limit makes its residual unbounded",
+    ),
+}
+"""The same of docs/reweighted-theorem.md."""
+
+JOINTS: dict[str, tuple[str, str]] = {
+    name: (f"{document} {section}", statement)
+    for document, argued in ((THEOREM, THEOREM_JOINTS), (GENERAL, GENERAL_JOINTS))
+    for name, (section, statement) in argued.items()
+}
+"""By name: the document and the section that argue the joint, and what it says."""
+
 
 def joints(*names: str) -> tuple[Step, ...]:
     """Inferences that are made in words alone; they are named in the verdict and counted apart."""
-    return tuple(_joint(name, *JOINTS[name]) for name in names)
-
-
-def _joint(name: str, section: str, statement: str) -> Step:
-    return Step(f"{name}: {statement}", Checker.PROSE, True, f"{DOCUMENT} {section}")
+    return tuple(
+        Step(f"{name}: {statement}", Checker.PROSE, True, place)
+        for name, (place, statement) in ((name, JOINTS[name]) for name in names)
+    )
 
 
 def cited(name: str, statement: str, source: str) -> Step:

@@ -169,5 +169,5 @@ CHECKERS = {
     " satisfy them and violate the conclusion",
     Checker.EXACT: "a statement about given rational numbers was evaluated",
     Checker.CITED: "a theorem of the literature, which no machine checked here",
-    Checker.PROSE: f"an inference that joins steps; {THEOREM} argues it, and no machine checked it",
+    Checker.PROSE: "an inference that joins steps; the section named beside it argues it, and no machine did",
 }

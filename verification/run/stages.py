@@ -18,7 +18,7 @@ from verification.counterexamples.record import Record, parse
 from verification.journal import Journal
 from verification.ledger.claims import PARTS
 from verification.ledger.evidence import Count, Evidence, Outcome
-from verification.proofs.arguments import all_arguments
+from verification.proofs.arguments import all_arguments, other_steps
 from verification.provenance import PROVING, code_digest, installed, machine, stamp, versions
 from verification.run import series
 from verification.search.engine import Result, plan, search
@@ -138,6 +138,7 @@ def _gathered(options: Options, settings: dict[str, Any], book: Journal, progres
     evidence.missing += [*result.unreached, *result.broken]
     with _timed(times, "arguments"):
         evidence.arguments = [each for each in all_arguments() if options.wants(each.part)]
+        evidence.missing += [f"not accepted: {step.statement}" for step in other_steps() if not step.passed]
     with _timed(times, "counterexamples"):
         known = [record for record in catalogue() if options.wants(record.part)]
         known += _found(result, options, evidence.missing)

@@ -21,15 +21,15 @@ from verification.experiments.record.reading import PACKAGED
 from verification.ledger import baseline
 from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import CLAIMS
-from verification.ledger.evidence import Outcome, Verdict
-from verification.proofs.arguments import all_arguments
+from verification.ledger.evidence import Checker, Outcome, Step, Verdict
+from verification.proofs.arguments import all_arguments, other_steps
 from verification.provenance import is_current
 from verification.search.engine import plan
 from verification.search.profiles import PROFILES
 from verification.search.shards import explore
 
 RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
-ARGUMENTS = cache(all_arguments)
+ARGUMENTS, OTHERS = cache(all_arguments), cache(other_steps)
 KEPT = ".journal/quick-0-L2.evidence.json"
 FILES = {"report.html", "report.md", "report.json", "junit.xml", "SHA256SUMS"}
 
@@ -93,6 +93,7 @@ def explored(monkeypatch):
 def _arguments_checked_once(monkeypatch):
     """The arguments depend on nothing: checking them takes seconds, once is enough."""
     monkeypatch.setattr(verification.run.stages, "all_arguments", ARGUMENTS)
+    monkeypatch.setattr(verification.run.stages, "other_steps", OTHERS)
 
 
 def test_the_list_has_every_claim():
@@ -178,6 +179,13 @@ def test_a_check_that_breaks_leaves_something_open(monkeypatch, tmp_path):
     assert "ArithmeticError: planted" in text, text
     assert "missing: " in text, text
     assert "ArithmeticError: planted" in (tmp_path / "report.md").read_text(encoding="utf-8")
+
+
+def test_a_step_that_no_claim_rests_on_is_missed_if_it_fails(monkeypatch, tmp_path):
+    failed = Step("planted: a step", Checker.EXACT, False, "1 == 2")
+    monkeypatch.setattr(verification.run.stages, "other_steps", lambda: (failed,))
+    text = squeezed(expect(3, run("run", "--claim", "L2", "--jobs", 1, "--out", tmp_path)).stdout)
+    assert "missing: not accepted: planted: a step" in text, text
 
 
 def test_a_fault_of_our_own_is_not_called_misuse(monkeypatch, tmp_path):

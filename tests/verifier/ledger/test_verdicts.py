@@ -10,7 +10,7 @@ from convexperc.errors import FileFormatError
 from verification.ledger.baseline import assess, baseline_file, compare, read_baseline
 from verification.ledger.claims import CLAIMS, PARTS, Role
 from verification.ledger.evidence import Argument, Checker, Count, Evidence, Step, Verdict
-from verification.ledger.verdicts import ContradictionError, judge, judge_all, judge_part
+from verification.ledger.verdicts import ContradictionError, judge, judge_all, judge_part, trust_base
 from verification.problems.families import FAMILIES
 
 CASES = 250 * len(FAMILIES) + 1
@@ -106,6 +106,13 @@ def test_the_rule_for_a_part(case):
     assert found.verdict is verdict, found
     assert reason in found.reason, found
     assert bool(found.condition) == (verdict is Verdict.HOLDS_UNDER), found
+
+
+def test_joints_of_two_pages_are_told_page_by_page():
+    places = ("docs/theorem.md 0", "docs/reweighted-theorem.md 2", "docs/theorem.md 2.1")
+    steps = [Step(f"{n}: so", Checker.PROSE, True, place) for n, place in enumerate(places)]
+    told = "3 joints in prose (docs/reweighted-theorem.md 2; docs/theorem.md 0, 2.1)"
+    assert trust_base(steps) == f"0 steps checked, {told}"
 
 
 def test_one_of_the_conditions_is_enough():

@@ -107,6 +107,7 @@ class Sizes:
     def __init__(self, seed: int, n: int, d: int) -> None:
         rng, sizes = np.random.default_rng(seed), {"n": n, "d": d, "1": 1}
         draw = {name: rng.integers(-4, 5, (sizes[r], sizes[c])) for name, (r, c) in SHAPES.items()}
+        draw |= {name: draw[name] + draw[name].T for name in ("P", "R")}
         diagonals = {name: np.diag(rng.integers(1, 5, draw[name].shape[0])) for name in ("A", "B", "E")}
         units = {"In": np.eye(n, dtype=int), "Id": np.eye(d, dtype=int)}
         inverse = {"Ei": np.diag([Fraction(1, int(x)) for x in np.diag(diagonals["E"])])}

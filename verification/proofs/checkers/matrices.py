@@ -24,17 +24,21 @@ SHAPES: dict[str, Shape] = {
     "B": ("d", "d"),
     "E": ("d", "d"),
     "Ei": ("d", "d"),
+    "P": ("n", "n"),
+    "R": ("d", "d"),
+    "S": ("n", "d"),
     "In": ("n", "n"),
     "Id": ("d", "d"),
-    **dict.fromkeys(("w", "dw", "h", "e", "y"), ("n", "1")),
+    **dict.fromkeys(("w", "dw", "h", "e", "y", "c"), ("n", "1")),
     **dict.fromkeys(("u", "du", "k", "g", "o", "a", "z"), ("d", "1")),
 }
-"""X; A and B diagonal, E invertible; vectors of n and of d entries. Every other name is a scalar."""
+"""X; A and B diagonal, E invertible; P, S, R the blocks of a quadratic form; vectors of n and of d entries.
+Every other name is a scalar."""
 
 KNOWN = frozenset({"X", "A", "B", "In", "Id", "w", "u", "dw", "du", "h", "k", "o", "l1", "l2", "l3"})
 """Names that mean the same in every step: h and k are any changes of w and u, l1 is lambda1."""
 
-SYMMETRIC = frozenset({"A", "B", "E", "Ei"})
+SYMMETRIC = frozenset({"A", "B", "E", "Ei", "P", "R"})
 UNITS = frozenset({"In", "Id"})
 INVERSES = frozenset({("E", "Ei"), ("Ei", "E")})
 
