@@ -5,22 +5,21 @@ Whatever comes back, or does not, is a fault of the solver, told beside the answ
 
 import json
 import os
-import selectors
 import shlex
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence, Set
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, Protocol, Self
+from typing import Any, Protocol, Self
 
 from convexperc.errors import InputError
 from convexperc.files import parse_json
 from verification.conformance.answers import Answer, AnswerError, Refusal, parsed, read_answer, shown
 from verification.conformance.calling import call
+from verification.conformance.process import LINGER, Listening, Process, close, kill, listening
 from verification.conformance.request import Request
 
 SECONDS = 10.0
@@ -28,9 +27,6 @@ SECONDS = 10.0
 
 STARTING = 30.0
 """More seconds for the first answer of a process: it may load or compile what it needs."""
-
-LINGER = 0.2
-"""Seconds in which a program may end by itself once its input is closed; what it still writes is read."""
 
 FRUITLESS = 3
 """Starts in a row that end before any answer; the program is then not started again."""
@@ -43,9 +39,6 @@ PER_NUMBER = 64
 
 LAST_WORDS = "; its standard error ends: "
 """What parts a fault from the end of standard error, which is the machine's own."""
-
-KEPT = 2000
-"""Last characters of standard error that a fault shows."""
 
 
 @dataclass
@@ -98,21 +91,6 @@ class Door(Protocol):
         """End; return the faults that were seen only then, such as a second answer to the last request."""
 
 
-@dataclass
-class _Process:
-    """A running program and what it has written."""
-
-    popen: "subprocess.Popen[bytes]"
-    out: bytearray = field(default_factory=bytearray)
-    err: bytearray = field(default_factory=bytearray)
-    answered: bool = False
-
-    @property
-    def last_words(self) -> str:
-        text = bytes(self.err[-KEPT:]).decode("utf-8", "replace").strip()
-        return f"{LAST_WORDS}{shown(text[-400:])}" if text else ""
-
-
 class Command:
     """A program that reads one request a line and writes one answer a line.
 
@@ -156,7 +134,7 @@ class Command:
             raise InputError("command", value=command, must="must name a program")
         self.name = name or shlex.join(self.words)
         self.seconds, self.starting, self.folder = seconds, starting, folder
-        self._process: _Process | None = None
+        self._process: Process | None = None
         self._asked: str = ""
         self._fruitless = 0
 
@@ -179,12 +157,12 @@ class Command:
         process, self._process = self._process, None
         if process is None:
             return []
-        _close(process.popen.stdin)
+        close(process.popen.stdin)
         end = time.monotonic() + LINGER
-        with _listening(process, b"") as ready:
+        with listening(process, b"") as ready:
             while time.monotonic() < end and ready(end):
                 pass
-        _kill(process.popen)
+        kill(process.popen)
         return [
             f"after the last answer: {shown(line)}"
             for line in bytes(process.out).split(b"\n")
@@ -216,7 +194,7 @@ class Command:
                 return
             before, self._asked = self._asked, id
             again = process.answered
-            with _listening(process, line.encode() + b"\n") as ready:
+            with listening(process, line.encode() + b"\n") as ready:
                 allowed = self.seconds + (0.0 if process.answered else self.starting)
                 while (got := self._line(process, ready, allowed, room, faults)) is not None:
                     data = _object(got, faults)
@@ -234,7 +212,7 @@ class Command:
                 break
 
     def _line(
-        self, process: _Process, ready: "_Listening", allowed: float, room: int, faults: list[str]
+        self, process: Process, ready: Listening, allowed: float, room: int, faults: list[str]
     ) -> bytes | None:
         """The next line; None, with the program given up, where there is none in the time that is allowed."""
         while (end := process.out.find(b"\n")) < 0:
@@ -248,7 +226,7 @@ class Command:
         del process.out[: end + 1]
         return got
 
-    def _started(self, faults: list[str]) -> _Process | None:
+    def _started(self, faults: list[str]) -> Process | None:
         if self._process is not None:
             return self._process
         if self._fruitless >= FRUITLESS:
@@ -265,10 +243,10 @@ class Command:
         for stream in (popen.stdin, popen.stdout, popen.stderr):
             if stream is not None:
                 os.set_blocking(stream.fileno(), False)
-        self._process, self._asked = _Process(popen), ""
+        self._process, self._asked = Process(popen), ""
         return self._process
 
-    def _ended(self, process: _Process, faults: list[str], ready: Any, allowed: float) -> None:
+    def _ended(self, process: Process, faults: list[str], ready: Any, allowed: float) -> None:
         """No answer, and nothing more to read: it has ended, or the time is over."""
         code = process.popen.poll()
         if code is None and ready.closed:
@@ -278,88 +256,28 @@ class Command:
                 code = None
         if code == 0 and process.answered and not process.out:
             self._process = None
-            _kill(process.popen)
+            kill(process.popen)
             return
         if code is not None:
             how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-            why = f"ended with {how} before it answered{process.last_words}"
+            why = f"ended with {how} before it answered{_last_words(process)}"
         elif ready.closed:
-            why = f"closed its output before it answered{process.last_words}"
+            why = f"closed its output before it answered{_last_words(process)}"
         elif ready.pending:
             why = f"did not read the request within {allowed:g} s"
         else:
-            why = f"no answer within {allowed:g} s{process.last_words}"
+            why = f"no answer within {allowed:g} s{_last_words(process)}"
         self._give_up(process, faults, why)
 
-    def _give_up(self, process: _Process, faults: list[str], why: str) -> None:
+    def _give_up(self, process: Process, faults: list[str], why: str) -> None:
         faults.append(why)
-        _kill(process.popen)
+        kill(process.popen)
         self._process = None
         self._fruitless = 0 if process.answered else self._fruitless + 1
 
 
-class _Listening:
-    """Writes what is pending and reads what comes, whichever is possible, until a deadline."""
-
-    def __init__(self, process: _Process, pending: bytes) -> None:
-        self.process, self.pending, self.closed = process, memoryview(pending), False
-        self.start = time.monotonic()
-        self.selector = selectors.DefaultSelector()
-        popen = process.popen
-        for stream, found in ((popen.stdout, process.out), (popen.stderr, process.err)):
-            if stream is not None:
-                self.selector.register(stream, selectors.EVENT_READ, found)
-        if pending and popen.stdin is not None:
-            self.selector.register(popen.stdin, selectors.EVENT_WRITE, None)
-
-    def __call__(self, deadline: float) -> bool:
-        """Wait for one event; False once the output is closed or the deadline has passed."""
-        while not self.closed and (left := deadline - time.monotonic()) > 0.0:
-            read = False
-            for key, _ in self.selector.select(left):
-                if key.data is None:
-                    self._write(key.fileobj)
-                else:
-                    read |= self._read(key)
-            if read:
-                return True
-        return False
-
-    def _write(self, stream: Any) -> None:
-        try:
-            self.pending = self.pending[os.write(stream.fileno(), self.pending) :]
-        except BlockingIOError:
-            return
-        except BrokenPipeError:
-            self.pending = self.pending[:0]
-        if not self.pending:
-            self.selector.unregister(stream)
-
-    def _read(self, key: selectors.SelectorKey) -> bool:
-        """Read what is there; whether it was of standard output."""
-        stream: Any = key.fileobj
-        try:
-            chunk = os.read(stream.fileno(), 1 << 16)
-        except BlockingIOError:
-            return False
-        is_out = key.data is self.process.out
-        if chunk:
-            key.data.extend(chunk)
-            if not is_out:
-                del key.data[:-KEPT]
-        else:
-            self.selector.unregister(stream)
-            self.closed |= is_out
-        return is_out and bool(chunk)
-
-
-@contextmanager
-def _listening(process: _Process, pending: bytes) -> Iterator[_Listening]:
-    listening = _Listening(process, pending)
-    try:
-        yield listening
-    finally:
-        listening.selector.close()
+def _last_words(process: Process) -> str:
+    return f"{LAST_WORDS}{process.last_words}" if process.last_words else ""
 
 
 def _stranger(given: Any, id: str, before: str) -> str:  # noqa: A002
@@ -375,25 +293,6 @@ def _object(line: bytes, faults: list[str]) -> dict[str, Any] | None:
     except AnswerError as fault:
         faults.append(str(fault))
         return None
-
-
-def _kill(popen: "subprocess.Popen[bytes]") -> None:
-    """End it and what it has started."""
-    try:
-        os.killpg(popen.pid, signal.SIGKILL)
-    except (ProcessLookupError, PermissionError):
-        popen.kill()
-    popen.wait()
-    for stream in (popen.stdin, popen.stdout, popen.stderr):
-        _close(stream)
-
-
-def _close(stream: IO[bytes] | None) -> None:
-    try:
-        if stream is not None:
-            stream.close()
-    except OSError:  # the program has ended, what was to be written is lost
-        pass
 
 
 class Module(Command):
