@@ -4,13 +4,11 @@ Whatever comes back, or does not, is a fault of the solver, told beside the answ
 """
 
 import json
-import os
 import shlex
 import signal
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence, Set
+from collections.abc import Callable, Sequence, Set
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, Self
@@ -19,7 +17,7 @@ from convexperc.errors import InputError
 from convexperc.files import parse_json
 from verification.conformance.answers import Answer, AnswerError, Refusal, parsed, read_answer, shown
 from verification.conformance.calling import call
-from verification.conformance.process import LINGER, Listening, Process, close, kill, listening
+from verification.conformance.process import Listening, Process
 from verification.conformance.request import Request
 
 SECONDS = 10.0
@@ -135,14 +133,15 @@ class Command:
         self.name = name or shlex.join(self.words)
         self.seconds, self.starting, self.folder = seconds, starting, folder
         self._process: Process | None = None
-        self._asked: str = ""
+        self._answered, self._asked = False, ""
         self._fruitless = 0
 
     def ask(self, request: Request) -> Reply:
         """Ask; see `Door`."""
         reply, start = Reply(), time.perf_counter()
         room = LONGEST + PER_NUMBER * (request.problem.n + request.problem.d)
-        for data in self._lines(request.id, request.line, room, reply.faults):
+        data = self._answer(request.id, request.line, room, reply.faults)
+        if data is not None:
             reply.take(data, request)
         reply.seconds = time.perf_counter() - start
         return reply
@@ -150,24 +149,12 @@ class Command:
     def ask_malformed(self, id: str, line: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002
         """Send a malformed line; see `Door`. The answer may have the id null where the line hides its id."""
         faults: list[str] = []
-        return next(self._lines(id, line, LONGEST, faults, anonymous=True), None), faults
+        return self._answer(id, line, LONGEST, faults, anonymous=True), faults
 
     def close(self) -> list[str]:
         """Close its input, read what it still writes, and end it."""
         process, self._process = self._process, None
-        if process is None:
-            return []
-        close(process.popen.stdin)
-        end = time.monotonic() + LINGER
-        with listening(process, b"") as ready:
-            while time.monotonic() < end and ready(end):
-                pass
-        kill(process.popen)
-        return [
-            f"after the last answer: {shown(line)}"
-            for line in bytes(process.out).split(b"\n")
-            if line.strip()
-        ]
+        return [f"after the last answer: {shown(line)}" for line in (process.finish() if process else [])]
 
     def __enter__(self) -> Self:
         return self
@@ -175,7 +162,7 @@ class Command:
     def __exit__(self, *exception: object) -> None:
         self.close()
 
-    def _lines(
+    def _answer(
         self,
         id: str,  # noqa: A002
         line: str,
@@ -183,47 +170,41 @@ class Command:
         faults: list[str],
         *,
         anonymous: bool = False,
-    ) -> Iterator[dict[str, Any]]:
-        """Send a line; yield the object that answers it, if one comes in time. Faults are added meanwhile.
+    ) -> dict[str, Any] | None:
+        """Send a line; return the object that answers it, if one comes in time. Faults are added meanwhile.
 
         A program that ended in peace after an answer is started again and asked again.
         """
         for _ in range(2):
             process = self._started(faults)
             if process is None:
-                return
+                return None
             before, self._asked = self._asked, id
-            again = process.answered
-            with listening(process, line.encode() + b"\n") as ready:
-                allowed = self.seconds + (0.0 if process.answered else self.starting)
-                while (got := self._line(process, ready, allowed, room, faults)) is not None:
+            again = self._answered
+            with process.listening(line.encode() + b"\n") as ready:
+                while (got := self._line(process, ready, room, faults)) is not None:
                     data = _object(got, faults)
                     if data is None and len(faults) > FRUITLESS:
                         self._give_up(process, faults, "writes one line after the other that is no answer")
-                        return
+                        return None
                     given = None if data is None else data.get("id")
                     if data is not None and (given == id or (anonymous and given is None)):
-                        process.answered, self._fruitless = True, 0
-                        yield data
-                        return
+                        self._answered, self._fruitless = True, 0
+                        return data
                     if data is not None:
                         faults.append(_stranger(given, id, before))
             if not (again and process.popen.returncode == 0 and not faults):
                 break
+        return None
 
-    def _line(
-        self, process: Process, ready: Listening, allowed: float, room: int, faults: list[str]
-    ) -> bytes | None:
+    def _line(self, process: Process, ready: Listening, room: int, faults: list[str]) -> bytes | None:
         """The next line; None, with the program given up, where there is none in the time that is allowed."""
-        while (end := process.out.find(b"\n")) < 0:
-            if len(process.out) > room:
-                self._give_up(process, faults, f"writes a line of more than {room} bytes")
-                return None
-            if not ready(ready.start + allowed):
-                self._ended(process, faults, ready, allowed)
-                return None
-        got = bytes(process.out[:end])
-        del process.out[: end + 1]
+        allowed = self.seconds + (0.0 if self._answered else self.starting)
+        got = ready.line(allowed, room)
+        if got is None and len(process.out) > room:
+            self._give_up(process, faults, f"writes a line of more than {room} bytes")
+        elif got is None:
+            self._ended(process, faults, ready, allowed)
         return got
 
     def _started(self, faults: list[str]) -> Process | None:
@@ -232,52 +213,39 @@ class Command:
         if self._fruitless >= FRUITLESS:
             faults.append(f"was not asked: it ended {FRUITLESS} times without an answer")
             return None
-        pipe = subprocess.PIPE
         try:
-            popen = subprocess.Popen(
-                self.words, stdin=pipe, stdout=pipe, stderr=pipe, cwd=self.folder, start_new_session=True
-            )
+            self._process = Process.start(self.words, self.folder)
         except OSError as problem:
             must = f"must name a program that can be started ({problem.strerror})"
             raise InputError("command", value=self.name, must=must) from None
-        for stream in (popen.stdin, popen.stdout, popen.stderr):
-            if stream is not None:
-                os.set_blocking(stream.fileno(), False)
-        self._process, self._asked = Process(popen), ""
+        self._answered, self._asked = False, ""
         return self._process
 
-    def _ended(self, process: Process, faults: list[str], ready: Any, allowed: float) -> None:
+    def _ended(self, process: Process, faults: list[str], ready: Listening, allowed: float) -> None:
         """No answer, and nothing more to read: it has ended, or the time is over."""
-        code = process.popen.poll()
-        if code is None and ready.closed:
-            try:
-                code = process.popen.wait(LINGER)
-            except subprocess.TimeoutExpired:
-                code = None
-        if code == 0 and process.answered and not process.out:
+        code = ready.code()
+        if code == 0 and self._answered and not process.out:
             self._process = None
-            kill(process.popen)
+            process.kill()
             return
+        said = process.last_words[-400:]
+        words = f"{LAST_WORDS}{shown(said)}" if said else ""
         if code is not None:
             how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-            why = f"ended with {how} before it answered{_last_words(process)}"
+            why = f"ended with {how} before it answered{words}"
         elif ready.closed:
-            why = f"closed its output before it answered{_last_words(process)}"
+            why = f"closed its output before it answered{words}"
         elif ready.pending:
             why = f"did not read the request within {allowed:g} s"
         else:
-            why = f"no answer within {allowed:g} s{_last_words(process)}"
+            why = f"no answer within {allowed:g} s{words}"
         self._give_up(process, faults, why)
 
     def _give_up(self, process: Process, faults: list[str], why: str) -> None:
         faults.append(why)
-        kill(process.popen)
+        process.kill()
         self._process = None
-        self._fruitless = 0 if process.answered else self._fruitless + 1
-
-
-def _last_words(process: Process) -> str:
-    return f"{LAST_WORDS}{process.last_words}" if process.last_words else ""
+        self._fruitless = 0 if self._answered else self._fruitless + 1
 
 
 def _stranger(given: Any, id: str, before: str) -> str:  # noqa: A002
