@@ -10,7 +10,8 @@ import pytest
 
 from convexperc.errors import ConvexpercError
 from convexperc.problem.problem import Problem
-from verification.conformance.making import _malformed, _recipes, _set_entry, problem_entry, zeros
+from verification.conformance.making import _recipes, _set_entry, problem_entry, zeros
+from verification.conformance.malformed import malformed_requests
 from verification.conformance.request import holds_float32, in_float32
 from verification.conformance.vectors import FAULTS, FLAGS, NAMES, all_vectors, proofs
 from verification.exact.referee import optimum
@@ -91,7 +92,7 @@ def test_sets_and_malformed_requests_are_made_the_same_again():
         made = _set_entry(k)
         assert made["views"] == stored[k]["views"]
         assert made["labels"] == stored[k]["labels"]
-    assert list(_malformed()) == all_vectors().records["malformed"]["requests"]
+    assert list(malformed_requests()) == all_vectors().records["malformed"]["requests"]
 
 
 def test_flags_say_whether_float32_holds_the_numbers():
