@@ -32,6 +32,7 @@ from verification.exact.numbers import square_root, squares
 from verification.exact.problem import ExactProblem
 from verification.problems.families import EXTREME, FAMILIES, RANDOM, seeded
 from verification.problems.summaries import SUMMARIES
+from verification.proof_checker import exact_pair
 
 SEED = 16
 SMALL, USUAL = (4, 12), (8, 48)
@@ -141,11 +142,8 @@ def zeros(problem: Problem, proof: dict[str, Any]) -> tuple[list[int], list[int]
 
 
 def _exact(text: str) -> Fraction:
-    """A hex float of any length."""
-    sign = -1 if text.startswith("-") else 1
-    digits, _, power = text.lstrip("-")[2:].partition("p")
-    whole, _, rest = digits.partition(".")
-    return sign * int(whole + rest, 16) * Fraction(2) ** (int(power) - 4 * len(rest))
+    mantissa, exponent = exact_pair(text, "proof")
+    return mantissa * Fraction(2) ** exponent
 
 
 def _proof(problem: Problem) -> dict[str, Any]:
@@ -233,7 +231,7 @@ def _single(problem: Problem) -> Problem:
 
 
 def _with(problem: Problem, **weights: float) -> Problem:
-    given = dict(zip(("lambda1", "lambda2", "lambda3"), problem.lambdas, strict=True)) | weights
+    given = dict(zip(LAMBDAS, problem.lambdas, strict=True)) | weights
     return Problem(problem.X, problem.o, modalities=problem.modalities, **given)
 
 
@@ -245,9 +243,7 @@ def _large() -> Iterator[Recipe]:
         o = (X.T @ (rng.integers(-64, 65, n) / 64.0) + rng.integers(-256, 257, d) / 256.0).astype(np.float32)
         sizes = [d // 2, d // 3, d - d // 2 - d // 3]
         for k, weights in enumerate(((0.125, 1.0, 0.5), (1.0, 0.25 * d, 0.0625 * d))):
-            problem = Problem(
-                X, o, modalities=sizes, **dict(zip(("lambda1", "lambda2", "lambda3"), weights, strict=True))
-            )
+            problem = _posed(X, o, weights, sizes)
             yield f"large-{2 * index + k:02}", problem, ["large"], f"{n} robots, {d} features"
 
 
