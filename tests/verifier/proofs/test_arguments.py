@@ -8,6 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from checked_arguments import checked_once
 
 from convexperc.errors import InputError
 from verification.ledger.claims import PARTS
@@ -21,7 +22,7 @@ from verification.proofs.unchecked import JOINTS
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "theorem.md"
 TAG = r"\[(identity|smt|exact|cited|text)\s+([a-z0-9-]+)\]"
-ALL = all_arguments()
+ALL = checked_once()
 ARGUMENTS = {argument.part: argument for argument in ALL}
 STEPS = {step_name(step): step for step in all_steps(ALL)}
 TAGS = dict(zip(Checker, ("identity", "smt", "exact", "cited", "text"), strict=True))
