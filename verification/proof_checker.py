@@ -271,8 +271,8 @@ Pair = tuple[int, int]
 """mantissa, exponent: mantissa * 2^exponent, the mantissa odd or 0."""
 
 
-def _exact(text: Any, place: str) -> Pair:
-    """Read a C99 hex float of any length."""
+def exact_pair(text: Any, place: str) -> Pair:
+    """Read a C99 hex float of any length; raises `Rejected`, with this place, where it is none."""
     found = HEX.fullmatch(text) if isinstance(text, str) and len(text) <= MOST_DIGITS else None
     if found is None:
         shown = repr(text[:40]) if isinstance(text, str) else type(text).__name__
@@ -286,7 +286,7 @@ def _exact(text: Any, place: str) -> Pair:
 
 def _double(text: Any, place: str) -> Pair:
     """Read a hex float that is a finite float64 exactly."""
-    mantissa, exponent = _exact(text, place)
+    mantissa, exponent = exact_pair(text, place)
     bits = mantissa.bit_length()
     fits = bits <= 53 and exponent >= -1074 and exponent + bits <= 1024
     _require(fits, f"{place}: {text[:40]} is no float64")
@@ -303,7 +303,7 @@ def _doubles(entries: Any, place: str, length: int) -> list[Pair]:
 
 
 def _vector(entries: Any, place: str, length: int) -> _Vector:
-    pairs = [_exact(text, f"{place}[{i}]") for i, text in enumerate(_listed(entries, place, length))]
+    pairs = [exact_pair(text, f"{place}[{i}]") for i, text in enumerate(_listed(entries, place, length))]
     ends = [(e, e + m.bit_length()) for m, e in pairs if m]
     span = max(high for _, high in ends) - min(low for low, _ in ends) if ends else 0
     _require(length * span <= MOST_BITS, f"{place}: not checked: beyond the limit of {MOST_BITS} bits")

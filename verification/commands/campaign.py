@@ -5,13 +5,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from convexperc.files import write_json
 from verification.commands.console import console, say
-from verification.commands.misuse import FAILED, OPEN, check_places, misuse
-from verification.commands.progress import progress
+from verification.commands.misuse import FAILED, check_places, misuse
+from verification.commands.resumable import counted, journal_place, open_journal, store
 
 if TYPE_CHECKING:
-    from verification.journal import Journal
     from verification.search.campaign import Campaign
     from verification.search.tallies import Report
 
@@ -54,8 +52,9 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
     ] = 1,
 ) -> None:
     """Run the command ``campaign``."""
-    from verification.provenance import stamp  # noqa: PLC0415
+    from verification.provenance import stamp  # noqa: PLC0415 - keeps --help quick
     from verification.search.campaign import Campaign  # noqa: PLC0415
+    from verification.search.certify import run  # noqa: PLC0415
 
     settings = Campaign(random, degenerate, extreme, seed, solver, escalate, referee, clarabel)
     made = stamp("campaign")  # before this command changes a file
@@ -63,31 +62,15 @@ def campaign(  # noqa: PLR0913, PLR0917 - one for each option
         settings = _stored(resume, made)
     if not settings.total:
         raise typer.BadParameter("at least one problem is needed: a run that checks nothing proves nothing")
-    place, journal = json_file or resume, None
-    begun = None if resume is None else _place(resume)
+    place = json_file or resume
+    begun = None if resume is None else journal_place(resume)
     check_places({"the journal of --resume": begun}, json=place)
-    if place is not None:
-        with misuse("--json"):
-            journal = _journal(resume or place, settings.head(made), reopen=resume is not None)
-    report = _run(settings, jobs, journal)
-    if place is not None:
-        with misuse("--json"):
-            write_json(place, settings.as_json(report, made))
-    if journal is not None and not report.lost:
-        journal.finish()
+    journal = open_journal(resume or place, settings.head(made), reopen=resume is not None)
+    with counted("campaign", settings.total, journal) as told:
+        report = run(settings, jobs=jobs, journal=journal, progress=lambda each: told(each.total, _bad(each)))
+    store(place, settings.as_json(report, made), journal, whole=not report.lost)
     _print(report)
     raise typer.Exit(0 if report.clean else FAILED)
-
-
-def _place(file: Path) -> Path:
-    """Where the journal of a --json file is."""
-    return file.parent / ".journal" / f"{file.name}.jsonl"
-
-
-def _journal(file: Path, head: dict[str, Any], *, reopen: bool) -> "Journal":
-    from verification.journal import Journal  # noqa: PLC0415 - keeps --help quick
-
-    return Journal(_place(file), head, reopen=reopen)
 
 
 def _stored(file: Path, made: dict[str, Any]) -> "Campaign":
@@ -96,36 +79,19 @@ def _stored(file: Path, made: dict[str, Any]) -> "Campaign":
     from verification.search.campaign import Campaign  # noqa: PLC0415
 
     with misuse("--resume"):
-        head = read_head(_place(file))
+        head = read_head(journal_place(file))
     try:
         settings = Campaign(**head["settings"])
     except (KeyError, TypeError):
-        raise typer.BadParameter(f"{_place(file)} is no campaign's", param_hint="--resume") from None
+        raise typer.BadParameter(f"{journal_place(file)} is no campaign's", param_hint="--resume") from None
     if head != settings.head(made):
         message = f"the campaign of {file} was begun with other versions or other code; start it anew"
         raise typer.BadParameter(message, param_hint="--resume")
     return settings
 
 
-def _run(settings: "Campaign", jobs: int, journal: "Journal | None") -> "Report":
-    """Run with a progress line; Ctrl-C ends the command, and the journal keeps what was found."""
-    from verification.search.certify import run  # noqa: PLC0415 - keeps --help quick
-
-    done = 0
-    try:
-        with progress() as show:
-
-            def told(report: "Report") -> None:
-                nonlocal done
-                done = report.total
-                bad = f"{len(report.failures)} failed, {len(report.contradictions)} contradicted"
-                show("campaign", done, settings.total, bad)
-
-            return run(settings, jobs=jobs, journal=journal, progress=told)
-    except KeyboardInterrupt:
-        kept = "; the same command goes on from there" if journal is not None else ""
-        typer.echo(f"interrupted after {done} of {settings.total} problems{kept}", err=True)
-        raise typer.Exit(OPEN) from None
+def _bad(report: "Report") -> str:
+    return f"{len(report.failures)} failed, {len(report.contradictions)} contradicted"
 
 
 def _print(report: "Report") -> None:

@@ -5,14 +5,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from convexperc.files import write_json
 from verification.commands.console import say
-from verification.commands.misuse import FAILED, OPEN, check_places, misuse
-from verification.commands.progress import progress
+from verification.commands.misuse import FAILED, check_places
+from verification.commands.resumable import counted, open_journal, store
 
 if TYPE_CHECKING:
-    from verification.journal import Journal
-    from verification.lassos.campaign import Outcome, Settings
+    from verification.lassos.campaign import Outcome
 
 LASSOS_HELP = (
     "Certify answers to seeded lasso-family problems, and compare some with the exact optimum.\n\n"
@@ -34,44 +32,20 @@ def lassos(
     ] = 1,
 ) -> None:
     """Run the command ``lassos``."""
-    from verification.journal import Journal  # noqa: PLC0415 - keeps --help quick
-    from verification.lassos.campaign import Settings  # noqa: PLC0415
+    from verification.lassos.campaign import Settings, run  # noqa: PLC0415 - keeps --help quick
     from verification.provenance import stamp  # noqa: PLC0415
 
-    settings, made, journal = Settings(problems, seed, referee), stamp("lassos"), None
+    settings, made = Settings(problems, seed, referee), stamp("lassos")
     check_places(json=json_file)
-    if json_file is not None:
-        with misuse("--json"):
-            place = json_file.parent / ".journal" / f"{json_file.name}.jsonl"
-            journal = Journal(place, settings.head(made))
-    outcome = _run(settings, jobs, journal)
-    if json_file is not None:
-        with misuse("--json"):
-            write_json(json_file, settings.as_json(outcome, made))
-    if journal is not None and not outcome.lost:
-        journal.finish()
+    journal = open_journal(json_file, settings.head(made))
+    with counted("lassos", problems, journal) as told:
+        outcome = run(
+            settings, jobs=jobs, journal=journal,
+            progress=lambda found: told(found.total.total, f"{len(found.found)} wrong"),
+        )  # fmt: skip
+    store(json_file, settings.as_json(outcome, made), journal, whole=not outcome.lost)
     _print(outcome)
     raise typer.Exit(0 if outcome.clean else FAILED)
-
-
-def _run(settings: "Settings", jobs: int, journal: "Journal | None") -> "Outcome":
-    """Run with a progress line; Ctrl-C ends the command, and the journal keeps what was found."""
-    from verification.lassos.campaign import run  # noqa: PLC0415 - keeps --help quick
-
-    done = 0
-    try:
-        with progress() as show:
-
-            def told(outcome: "Outcome") -> None:
-                nonlocal done
-                done = outcome.total.total
-                show("lassos", done, settings.problems, f"{len(outcome.found)} wrong")
-
-            return run(settings, jobs=jobs, journal=journal, progress=told)
-    except KeyboardInterrupt:
-        kept = "; the same command goes on from there" if journal is not None else ""
-        typer.echo(f"interrupted after {done} of {settings.problems} problems{kept}", err=True)
-        raise typer.Exit(OPEN) from None
 
 
 def _print(outcome: "Outcome") -> None:

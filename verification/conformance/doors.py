@@ -4,23 +4,20 @@ Whatever comes back, or does not, is a fault of the solver, told beside the answ
 """
 
 import json
-import os
-import selectors
 import shlex
 import signal
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence, Set
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence, Set
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, Protocol, Self
+from typing import Any, Protocol, Self
 
 from convexperc.errors import InputError
 from convexperc.files import parse_json
 from verification.conformance.answers import Answer, AnswerError, Refusal, parsed, read_answer, shown
 from verification.conformance.calling import call
+from verification.conformance.process import Listening, Process
 from verification.conformance.request import Request
 
 SECONDS = 10.0
@@ -28,9 +25,6 @@ SECONDS = 10.0
 
 STARTING = 30.0
 """More seconds for the first answer of a process: it may load or compile what it needs."""
-
-LINGER = 0.2
-"""Seconds in which a program may end by itself once its input is closed; what it still writes is read."""
 
 FRUITLESS = 3
 """Starts in a row that end before any answer; the program is then not started again."""
@@ -43,9 +37,6 @@ PER_NUMBER = 64
 
 LAST_WORDS = "; its standard error ends: "
 """What parts a fault from the end of standard error, which is the machine's own."""
-
-KEPT = 2000
-"""Last characters of standard error that a fault shows."""
 
 
 @dataclass
@@ -98,21 +89,6 @@ class Door(Protocol):
         """End; return the faults that were seen only then, such as a second answer to the last request."""
 
 
-@dataclass
-class _Process:
-    """A running program and what it has written."""
-
-    popen: "subprocess.Popen[bytes]"
-    out: bytearray = field(default_factory=bytearray)
-    err: bytearray = field(default_factory=bytearray)
-    answered: bool = False
-
-    @property
-    def last_words(self) -> str:
-        text = bytes(self.err[-KEPT:]).decode("utf-8", "replace").strip()
-        return f"{LAST_WORDS}{shown(text[-400:])}" if text else ""
-
-
 class Command:
     """A program that reads one request a line and writes one answer a line.
 
@@ -156,15 +132,16 @@ class Command:
             raise InputError("command", value=command, must="must name a program")
         self.name = name or shlex.join(self.words)
         self.seconds, self.starting, self.folder = seconds, starting, folder
-        self._process: _Process | None = None
-        self._asked: str = ""
+        self._process: Process | None = None
+        self._answered, self._asked = False, ""
         self._fruitless = 0
 
     def ask(self, request: Request) -> Reply:
         """Ask; see `Door`."""
         reply, start = Reply(), time.perf_counter()
         room = LONGEST + PER_NUMBER * (request.problem.n + request.problem.d)
-        for data in self._lines(request.id, request.line, room, reply.faults):
+        data = self._answer(request.id, request.line, room, reply.faults)
+        if data is not None:
             reply.take(data, request)
         reply.seconds = time.perf_counter() - start
         return reply
@@ -172,24 +149,12 @@ class Command:
     def ask_malformed(self, id: str, line: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002
         """Send a malformed line; see `Door`. The answer may have the id null where the line hides its id."""
         faults: list[str] = []
-        return next(self._lines(id, line, LONGEST, faults, anonymous=True), None), faults
+        return self._answer(id, line, LONGEST, faults, anonymous=True), faults
 
     def close(self) -> list[str]:
         """Close its input, read what it still writes, and end it."""
         process, self._process = self._process, None
-        if process is None:
-            return []
-        _close(process.popen.stdin)
-        end = time.monotonic() + LINGER
-        with _listening(process, b"") as ready:
-            while time.monotonic() < end and ready(end):
-                pass
-        _kill(process.popen)
-        return [
-            f"after the last answer: {shown(line)}"
-            for line in bytes(process.out).split(b"\n")
-            if line.strip()
-        ]
+        return [f"after the last answer: {shown(line)}" for line in (process.finish() if process else [])]
 
     def __enter__(self) -> Self:
         return self
@@ -197,7 +162,7 @@ class Command:
     def __exit__(self, *exception: object) -> None:
         self.close()
 
-    def _lines(
+    def _answer(
         self,
         id: str,  # noqa: A002
         line: str,
@@ -205,161 +170,82 @@ class Command:
         faults: list[str],
         *,
         anonymous: bool = False,
-    ) -> Iterator[dict[str, Any]]:
-        """Send a line; yield the object that answers it, if one comes in time. Faults are added meanwhile.
+    ) -> dict[str, Any] | None:
+        """Send a line; return the object that answers it, if one comes in time. Faults are added meanwhile.
 
         A program that ended in peace after an answer is started again and asked again.
         """
         for _ in range(2):
             process = self._started(faults)
             if process is None:
-                return
+                return None
             before, self._asked = self._asked, id
-            again = process.answered
-            with _listening(process, line.encode() + b"\n") as ready:
-                allowed = self.seconds + (0.0 if process.answered else self.starting)
-                while (got := self._line(process, ready, allowed, room, faults)) is not None:
+            again = self._answered
+            with process.listening(line.encode() + b"\n") as ready:
+                while (got := self._line(process, ready, room, faults)) is not None:
                     data = _object(got, faults)
                     if data is None and len(faults) > FRUITLESS:
                         self._give_up(process, faults, "writes one line after the other that is no answer")
-                        return
+                        return None
                     given = None if data is None else data.get("id")
                     if data is not None and (given == id or (anonymous and given is None)):
-                        process.answered, self._fruitless = True, 0
-                        yield data
-                        return
+                        self._answered, self._fruitless = True, 0
+                        return data
                     if data is not None:
                         faults.append(_stranger(given, id, before))
             if not (again and process.popen.returncode == 0 and not faults):
                 break
+        return None
 
-    def _line(
-        self, process: _Process, ready: "_Listening", allowed: float, room: int, faults: list[str]
-    ) -> bytes | None:
+    def _line(self, process: Process, ready: Listening, room: int, faults: list[str]) -> bytes | None:
         """The next line; None, with the program given up, where there is none in the time that is allowed."""
-        while (end := process.out.find(b"\n")) < 0:
-            if len(process.out) > room:
-                self._give_up(process, faults, f"writes a line of more than {room} bytes")
-                return None
-            if not ready(ready.start + allowed):
-                self._ended(process, faults, ready, allowed)
-                return None
-        got = bytes(process.out[:end])
-        del process.out[: end + 1]
+        allowed = self.seconds + (0.0 if self._answered else self.starting)
+        got = ready.line(allowed, room)
+        if got is None and len(process.out) > room:
+            self._give_up(process, faults, f"writes a line of more than {room} bytes")
+        elif got is None:
+            self._ended(process, faults, ready, allowed)
         return got
 
-    def _started(self, faults: list[str]) -> _Process | None:
+    def _started(self, faults: list[str]) -> Process | None:
         if self._process is not None:
             return self._process
         if self._fruitless >= FRUITLESS:
             faults.append(f"was not asked: it ended {FRUITLESS} times without an answer")
             return None
-        pipe = subprocess.PIPE
         try:
-            popen = subprocess.Popen(
-                self.words, stdin=pipe, stdout=pipe, stderr=pipe, cwd=self.folder, start_new_session=True
-            )
+            self._process = Process.start(self.words, self.folder)
         except OSError as problem:
             must = f"must name a program that can be started ({problem.strerror})"
             raise InputError("command", value=self.name, must=must) from None
-        for stream in (popen.stdin, popen.stdout, popen.stderr):
-            if stream is not None:
-                os.set_blocking(stream.fileno(), False)
-        self._process, self._asked = _Process(popen), ""
+        self._answered, self._asked = False, ""
         return self._process
 
-    def _ended(self, process: _Process, faults: list[str], ready: Any, allowed: float) -> None:
+    def _ended(self, process: Process, faults: list[str], ready: Listening, allowed: float) -> None:
         """No answer, and nothing more to read: it has ended, or the time is over."""
-        code = process.popen.poll()
-        if code is None and ready.closed:
-            try:
-                code = process.popen.wait(LINGER)
-            except subprocess.TimeoutExpired:
-                code = None
-        if code == 0 and process.answered and not process.out:
+        code = ready.code()
+        if code == 0 and self._answered and not process.out:
             self._process = None
-            _kill(process.popen)
+            process.kill()
             return
+        said = process.last_words[-400:]
+        words = f"{LAST_WORDS}{shown(said)}" if said else ""
         if code is not None:
             how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-            why = f"ended with {how} before it answered{process.last_words}"
+            why = f"ended with {how} before it answered{words}"
         elif ready.closed:
-            why = f"closed its output before it answered{process.last_words}"
+            why = f"closed its output before it answered{words}"
         elif ready.pending:
             why = f"did not read the request within {allowed:g} s"
         else:
-            why = f"no answer within {allowed:g} s{process.last_words}"
+            why = f"no answer within {allowed:g} s{words}"
         self._give_up(process, faults, why)
 
-    def _give_up(self, process: _Process, faults: list[str], why: str) -> None:
+    def _give_up(self, process: Process, faults: list[str], why: str) -> None:
         faults.append(why)
-        _kill(process.popen)
+        process.kill()
         self._process = None
-        self._fruitless = 0 if process.answered else self._fruitless + 1
-
-
-class _Listening:
-    """Writes what is pending and reads what comes, whichever is possible, until a deadline."""
-
-    def __init__(self, process: _Process, pending: bytes) -> None:
-        self.process, self.pending, self.closed = process, memoryview(pending), False
-        self.start = time.monotonic()
-        self.selector = selectors.DefaultSelector()
-        popen = process.popen
-        for stream, found in ((popen.stdout, process.out), (popen.stderr, process.err)):
-            if stream is not None:
-                self.selector.register(stream, selectors.EVENT_READ, found)
-        if pending and popen.stdin is not None:
-            self.selector.register(popen.stdin, selectors.EVENT_WRITE, None)
-
-    def __call__(self, deadline: float) -> bool:
-        """Wait for one event; False once the output is closed or the deadline has passed."""
-        while not self.closed and (left := deadline - time.monotonic()) > 0.0:
-            read = False
-            for key, _ in self.selector.select(left):
-                if key.data is None:
-                    self._write(key.fileobj)
-                else:
-                    read |= self._read(key)
-            if read:
-                return True
-        return False
-
-    def _write(self, stream: Any) -> None:
-        try:
-            self.pending = self.pending[os.write(stream.fileno(), self.pending) :]
-        except BlockingIOError:
-            return
-        except BrokenPipeError:
-            self.pending = self.pending[:0]
-        if not self.pending:
-            self.selector.unregister(stream)
-
-    def _read(self, key: selectors.SelectorKey) -> bool:
-        """Read what is there; whether it was of standard output."""
-        stream: Any = key.fileobj
-        try:
-            chunk = os.read(stream.fileno(), 1 << 16)
-        except BlockingIOError:
-            return False
-        is_out = key.data is self.process.out
-        if chunk:
-            key.data.extend(chunk)
-            if not is_out:
-                del key.data[:-KEPT]
-        else:
-            self.selector.unregister(stream)
-            self.closed |= is_out
-        return is_out and bool(chunk)
-
-
-@contextmanager
-def _listening(process: _Process, pending: bytes) -> Iterator[_Listening]:
-    listening = _Listening(process, pending)
-    try:
-        yield listening
-    finally:
-        listening.selector.close()
+        self._fruitless = 0 if self._answered else self._fruitless + 1
 
 
 def _stranger(given: Any, id: str, before: str) -> str:  # noqa: A002
@@ -375,25 +261,6 @@ def _object(line: bytes, faults: list[str]) -> dict[str, Any] | None:
     except AnswerError as fault:
         faults.append(str(fault))
         return None
-
-
-def _kill(popen: "subprocess.Popen[bytes]") -> None:
-    """End it and what it has started."""
-    try:
-        os.killpg(popen.pid, signal.SIGKILL)
-    except (ProcessLookupError, PermissionError):
-        popen.kill()
-    popen.wait()
-    for stream in (popen.stdin, popen.stdout, popen.stderr):
-        _close(stream)
-
-
-def _close(stream: IO[bytes] | None) -> None:
-    try:
-        if stream is not None:
-            stream.close()
-    except OSError:  # the program has ended, what was to be written is lost
-        pass
 
 
 class Module(Command):

@@ -24,6 +24,7 @@ from convexperc.recognition.sample import sample_names, sample_scene
 from convexperc.report.proof import proof_record
 from convexperc.solution.single import solve
 from verification.conformance.judge import attainable
+from verification.conformance.malformed import malformed_requests
 from verification.conformance.profiles import FLOAT32, FLOAT64, PROFILES, Profile
 from verification.conformance.request import LAMBDAS, Request, holds_float32, in_float32
 from verification.conformance.vectors import FAULTS, FLAGS, NAMES, SCHEMA, VERSION, Vector, read
@@ -31,6 +32,7 @@ from verification.exact.numbers import square_root, squares
 from verification.exact.problem import ExactProblem
 from verification.problems.families import EXTREME, FAMILIES, RANDOM, seeded
 from verification.problems.summaries import SUMMARIES
+from verification.proof_checker import exact_pair
 
 SEED = 16
 SMALL, USUAL = (4, 12), (8, 48)
@@ -76,7 +78,7 @@ def make(folder: Path, progress: Callable[[int, int], None] = lambda done, total
     contents: dict[str, dict[str, Any]] = {
         "problems": {"flags": FLAGS, "problems": problems},
         "recognition": {"sets": sets},
-        "malformed": {"faults": FAULTS, "requests": list(_malformed())},
+        "malformed": {"faults": FAULTS, "requests": list(malformed_requests())},
     }
     for name in NAMES:
         record = {"schema": SCHEMA, "version": VERSION} | contents[name]
@@ -140,11 +142,8 @@ def zeros(problem: Problem, proof: dict[str, Any]) -> tuple[list[int], list[int]
 
 
 def _exact(text: str) -> Fraction:
-    """A hex float of any length."""
-    sign = -1 if text.startswith("-") else 1
-    digits, _, power = text.lstrip("-")[2:].partition("p")
-    whole, _, rest = digits.partition(".")
-    return sign * int(whole + rest, 16) * Fraction(2) ** (int(power) - 4 * len(rest))
+    mantissa, exponent = exact_pair(text, "proof")
+    return mantissa * Fraction(2) ** exponent
 
 
 def _proof(problem: Problem) -> dict[str, Any]:
@@ -232,7 +231,7 @@ def _single(problem: Problem) -> Problem:
 
 
 def _with(problem: Problem, **weights: float) -> Problem:
-    given = dict(zip(("lambda1", "lambda2", "lambda3"), problem.lambdas, strict=True)) | weights
+    given = dict(zip(LAMBDAS, problem.lambdas, strict=True)) | weights
     return Problem(problem.X, problem.o, modalities=problem.modalities, **given)
 
 
@@ -244,9 +243,7 @@ def _large() -> Iterator[Recipe]:
         o = (X.T @ (rng.integers(-64, 65, n) / 64.0) + rng.integers(-256, 257, d) / 256.0).astype(np.float32)
         sizes = [d // 2, d // 3, d - d // 2 - d // 3]
         for k, weights in enumerate(((0.125, 1.0, 0.5), (1.0, 0.25 * d, 0.0625 * d))):
-            problem = Problem(
-                X, o, modalities=sizes, **dict(zip(("lambda1", "lambda2", "lambda3"), weights, strict=True))
-            )
+            problem = _posed(X, o, weights, sizes)
             yield f"large-{2 * index + k:02}", problem, ["large"], f"{n} robots, {d} features"
 
 
@@ -369,103 +366,3 @@ def _lines(record: dict[str, Any]) -> bytes:
         else:
             parts.append(f"{json.dumps(key)}: {json.dumps(value)}")
     return ("{\n" + ",\n".join(parts) + "\n}\n").encode()
-
-
-GOOD = {
-    "n": 2,
-    "d": 3,
-    "modalities": [2, 1],
-    "X": [[1.0, 0.5, -0.25], [0.25, 1.0, 0.75]],
-    "o": [1.0, 0.75, 0.5],
-    "lambda1": 0.5,
-    "lambda2": 0.125,
-    "lambda3": 0.25,
-}
-"""A request without fault, before it gets one; its id comes first."""
-
-
-def _malformed() -> Iterator[dict[str, str]]:
-    """Each line has one fault."""
-    faults = [*_broken_text(), *_broken_values()]
-    for k, (fault, comment, write) in enumerate(faults):
-        name = f"malformed-{k:02}"
-        yield {"id": name, "line": write(name), "fault": fault, "comment": comment}
-
-
-Fault = tuple[str, str, Callable[[str], str]]
-
-
-def _request(name: str, **changes: Any) -> dict[str, Any]:
-    return {"id": name} | GOOD | changes
-
-
-def _broken_text() -> Iterator[Fault]:
-    """Lines that are no JSON object."""
-    whole = json.dumps
-    yield "syntax", "an open brace", lambda name: "{"
-    yield "syntax", "plain text", lambda name: "solve this problem"
-    yield "syntax", "a list", lambda name: whole([name, 1, 2])
-    yield "syntax", "null", lambda name: "null"
-    yield "syntax", "a number", lambda name: "17"
-    yield "syntax", "a request that is cut off", lambda name: whole(_request(name))[:-20]
-    yield "syntax", "a request with text behind it", lambda name: whole(_request(name)) + " end"
-    yield "syntax", "a comma too many", lambda name: whole(_request(name))[:-1] + ",}"
-    yield "syntax", "keys in single quotes", lambda name: whole(_request(name)).replace('"', "'")
-    yield "syntax", "lambda2 twice", lambda name: whole(_request(name))[:-1] + ', "lambda2": 4.0}'
-    for token in ("NaN", "Infinity", "1e999"):
-        yield (
-            "not finite",
-            f"{token} in X",
-            lambda name, token=token: whole(_request(name)).replace("-0.25", token),  # type: ignore[misc]
-        )
-
-
-def _broken_values() -> Iterator[Fault]:
-    """JSON objects that are no request."""
-    for key in ("X", "o", "modalities", *LAMBDAS):
-        yield "missing", f"no {key}", _without(key)
-    changes: tuple[tuple[str, str, dict[str, Any]], ...] = (
-        ("type", "X is a string", {"X": "1 0.5 -0.25"}),
-        ("type", "X is a number", {"X": 1.0}),
-        ("type", "X is a single row", {"X": [1.0, 0.5, -0.25]}),
-        ("type", "an entry of X is null", {"X": [[1.0, None, -0.25], [0.25, 1.0, 0.75]]}),
-        (
-            "type",
-            "an entry of X is a string that is no number",
-            {"X": [[1.0, "half", -0.25], [0.25, 1.0, 0.75]]},
-        ),
-        ("type", "o is null", {"o": None}),
-        ("type", "lambda1 is null", {"lambda1": None}),
-        ("type", "lambda2 is a string that is no number", {"lambda2": "small"}),
-        ("type", "lambda3 is a list", {"lambda3": [0.25]}),
-        ("shape", "o is too short", {"o": [1.0, 0.75]}),
-        ("shape", "o is too long", {"o": [1.0, 0.75, 0.5, 0.25]}),
-        ("shape", "rows of different lengths", {"X": [[1.0, 0.5, -0.25], [0.25, 1.0]]}),
-        ("shape", "X has no rows", {"n": 0, "X": []}),
-        ("shape", "X has no columns", {"d": 0, "X": [[], []], "o": [], "modalities": []}),
-        ("size", "n is not the number of rows", {"n": 3}),
-        ("size", "d is not the number of columns", {"d": 4}),
-        ("modalities", "sizes that add up to less than d", {"modalities": [1, 1]}),
-        ("modalities", "sizes that add up to more than d", {"modalities": [2, 2]}),
-        ("modalities", "a size of 0", {"modalities": [3, 0]}),
-        ("modalities", "a negative size", {"modalities": [4, -1]}),
-        ("modalities", "no modality", {"modalities": []}),
-        ("modalities", "a size that is no whole number", {"modalities": [1.5, 1.5]}),
-        ("not finite", "o has NaN", {"o": [1.0, math.nan, 0.5]}),
-        ("not finite", "o has -Infinity", {"o": [1.0, 0.75, -math.inf]}),
-        ("not finite", "lambda1 is Infinity", {"lambda1": math.inf}),
-        ("not finite", "lambda2 is NaN", {"lambda2": math.nan}),
-        ("negative", "lambda1 is negative", {"lambda1": -0.5}),
-        ("negative", "lambda2 is negative", {"lambda2": -0.125}),
-        ("negative", "lambda3 is negative", {"lambda3": -0.25}),
-    )
-    for fault, comment, change in changes:
-        yield fault, comment, _changed(change)
-
-
-def _without(key: str) -> Callable[[str], str]:
-    return lambda name: json.dumps({k: value for k, value in _request(name).items() if k != key})
-
-
-def _changed(change: dict[str, Any]) -> Callable[[str], str]:
-    return lambda name: json.dumps(_request(name, **change))

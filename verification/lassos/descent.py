@@ -1,12 +1,9 @@
 """Block coordinate descent in float64 on small problems: where the referee begins; answers to be judged."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from verification.lassos.problems import Exact
+from verification.lassos.objective import Exact
 
 STILL = 1e-15
 """A sweep that moves no block by more than this share of the largest entry ends the descent."""
@@ -18,7 +15,7 @@ def exponent(values: NDArray[np.float64]) -> int:
     return int(np.frexp(largest)[1]) if largest else 0
 
 
-def descend(exact: "Exact", sweeps: int) -> tuple[NDArray[np.float64], float]:
+def descend(exact: Exact, sweeps: int) -> tuple[NDArray[np.float64], float]:
     """Return (b, b0) after some sweeps from 0; a prox step for each block in turn.
 
     Parameters

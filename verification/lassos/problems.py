@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verification.lassos.descent import descend
+from verification.lassos.objective import Exact
 
 ROOT_DIGITS = 10**60
 """Square roots of group sizes are taken to this many digits; the exact objective is defined by these."""
@@ -61,29 +62,6 @@ SHAPES = {
     "group-lasso": Shape(ratio=False, samples=False, second=True, rooted=True),
     "residual sum of squares": Shape(mean=False, halved=False),
 }
-
-
-@dataclass(frozen=True, eq=False)
-class Exact:
-    """(1/2) sum_i k_i r_i^2 + sum_j l_j |b_j| + sum_g c_g ||b_g|| + (1/2) sum_j q_j b_j^2, r = y - X b - b0.
-
-    Attributes
-    ----------
-    X : Fractions, rows
-    y, k : list of Fraction, of the samples
-    l1, ridge : list of Fraction, of the columns
-    groups : list of (columns, c)
-    intercept, positive : bool
-    """
-
-    X: list[list[Fraction]]
-    y: list[Fraction]
-    k: list[Fraction]
-    l1: list[Fraction]
-    ridge: list[Fraction]
-    groups: list[tuple[list[int], Fraction]]
-    intercept: bool
-    positive: bool
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,8 @@ from flint import arb, arb_mat, fmpq, fmpq_mat
 from convexperc.lasso import LassoCertificate
 from verification.exact.balls import exact, precision
 from verification.lassos.descent import descend
-from verification.lassos.problems import Drawn, Exact
+from verification.lassos.objective import Exact
+from verification.lassos.problems import Drawn
 
 BITS = 320
 """Of every ball."""

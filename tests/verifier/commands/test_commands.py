@@ -5,10 +5,10 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from functools import cache
 from hashlib import sha256
 
 import pytest
+from checked_arguments import checked_once
 from made_up import settled
 from typer.testing import CliRunner
 
@@ -22,14 +22,14 @@ from verification.ledger import baseline
 from verification.ledger.baseline import read_baseline
 from verification.ledger.claims import CLAIMS
 from verification.ledger.evidence import Checker, Outcome, Step, Verdict
-from verification.proofs.arguments import all_arguments, other_steps
+from verification.proofs.arguments import other_steps
 from verification.provenance import is_current
 from verification.search.engine import plan
 from verification.search.profiles import PROFILES
 from verification.search.shards import explore
 
 RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
-ARGUMENTS, OTHERS = cache(all_arguments), cache(other_steps)
+OTHERS = cache(other_steps)
 KEPT = ".journal/quick-0-L2.evidence.json"
 FILES = {"report.html", "report.md", "report.json", "junit.xml", "SHA256SUMS"}
 
@@ -92,7 +92,7 @@ def explored(monkeypatch):
 @pytest.fixture(autouse=True)
 def _arguments_checked_once(monkeypatch):
     """The arguments depend on nothing: checking them takes seconds, once is enough."""
-    monkeypatch.setattr(verification.run.stages, "all_arguments", ARGUMENTS)
+    monkeypatch.setattr(verification.run.stages, "all_arguments", checked_once)
     monkeypatch.setattr(verification.run.stages, "other_steps", OTHERS)
 
 
@@ -238,7 +238,7 @@ def test_a_corrected_statement_of_another_claim_is_not_judged_unseen(judged, tmp
 
 def test_the_same_seed_gives_the_same_bytes(judged, tmp_path):
     folder, _ = judged
-    ARGUMENTS.cache_clear()
+    checked_once.cache_clear()
     expect(0, run("report", "--claim", "L2", "--jobs", 2, "--out", tmp_path))
     for name in ("junit.xml", *(f"counterexamples/{p.name}" for p in (folder / "counterexamples").iterdir())):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name

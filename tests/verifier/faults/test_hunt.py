@@ -8,7 +8,7 @@ from convexperc.problem import formulation as objective
 from verification.checks import cost
 from verification.checks.catalogue import CHECKS
 from verification.faults.fault import Fault, replaced
-from verification.faults.hunt import hunt, look, look_all
+from verification.faults.hunt import by_check, hunt, look, look_all
 from verification.faults.own import FAULTS
 from verification.ledger.claims import PARTS
 
@@ -20,10 +20,16 @@ ENOUGH = 3
 """Families in which a fault shows, after which the rest are left out: most faults show in nearly all."""
 
 
-def test_every_planted_fault_is_named_by_its_parts_and_by_no_other():
-    """In processes of their own, where nothing checks the types of every call."""
+GROUPS = by_check(FAULTS)
+"""Those of one check are looked at together, as the check's problems are drawn once."""
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=[f"{len(group)}-{group[0].part}" for group in GROUPS])
+def test_every_planted_fault_is_named_by_its_parts_and_by_no_other(group: list[Fault]):
+    """In a process of its own, where nothing checks the types of every call."""
     wrong: dict[str, object] = {}
-    for name, seen in look_all(FAULTS, enough=ENOUGH, jobs=2).items():
+    looked = look_all(group, enough=ENOUGH, jobs=2)
+    for name, seen in looked.items():
         fault = FAULT[name]
         if not seen.names(fault):
             wrong[name] = ("not named by all that must", seen.parts, seen.broken)
@@ -32,6 +38,11 @@ def test_every_planted_fault_is_named_by_its_parts_and_by_no_other():
         elif seen.broken or not (seen.held & {fault.part, *fault.also} or seen.silent):
             wrong[name] = ("the check broke, or nothing is ever held", seen.broken)
     assert not wrong, wrong
+    assert set(looked) == {fault.name for fault in group}
+
+
+def test_every_planted_fault_is_in_a_group():
+    assert sorted(fault.name for group in GROUPS for fault in group) == sorted(FAULT)
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=[fault.name for fault in FAULTS])

@@ -10,7 +10,8 @@ import pytest
 from flint import fmpq
 
 from convexperc.lasso import certify_lasso
-from verification.lassos.problems import Exact, draw
+from verification.lassos.objective import Exact
+from verification.lassos.problems import draw
 from verification.lassos.referee import optimum, violations
 
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from checked_arguments import checked_once
 
 from convexperc.errors import InputError
 from verification.ledger.claims import PARTS
@@ -25,7 +26,7 @@ DOCUMENTS = {
     name: (DOCS / name).read_text(encoding="utf-8") for name in ("theorem.md", "reweighted-theorem.md")
 }
 TAG = r"\[(identity|smt|exact|cited|text)\s+([a-z0-9-]+)\]"
-ALL = all_arguments()
+ALL = checked_once()
 ARGUMENTS = {argument.part: argument for argument in ALL}
 STEPS = {step_name(step): step for step in all_steps(ALL)}
 TAGS = dict(zip(Checker, ("identity", "smt", "exact", "cited", "text"), strict=True))

@@ -5,10 +5,11 @@ from itertools import product
 
 import numpy as np
 import pytest
+from checked_arguments import checked_once
 
 from convexperc.errors import InputError
 from verification.ledger.evidence import Argument, Checker, Step
-from verification.proofs.arguments import all_arguments, all_steps
+from verification.proofs.arguments import all_steps
 from verification.proofs.checkers import reals
 from verification.proofs.checkers.formulas import evaluate, names
 from verification.proofs.checkers.matrices import SHAPES, matrix_identity
@@ -154,7 +155,7 @@ class MatmulDomain(Sizes):
 
 
 def test_matrix_identities_hold_for_numbers() -> None:
-    steps = [step for step in all_steps(all_arguments()) if step.checker is Checker.IDENTITY]
+    steps = [step for step in all_steps(checked_once()) if step.checker is Checker.IDENTITY]
     sources = [step.source for step in steps if ".T" in step.source]
     assert len(sources) > 10, sources
     for source, (n, d) in product(sources, [(1, 1), (2, 3), (3, 2)]):

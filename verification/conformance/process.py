@@ -1,0 +1,184 @@
+"""A program that runs beside this one: started, written to and read from without waiting for ever, ended."""
+
+import os
+import selectors
+import signal
+import subprocess
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any, Self
+
+LINGER = 0.2
+"""Seconds in which a program may end by itself once its input is closed; what it still writes is read."""
+
+KEPT = 2000
+"""Bytes that are kept of the end of standard error."""
+
+
+@dataclass
+class Process:
+    """A running program and what it has written.
+
+    Attributes
+    ----------
+    popen : subprocess.Popen
+    out, err : bytearray
+        What it wrote to standard output and was not taken yet; the end of what it wrote to standard error.
+    """
+
+    popen: "subprocess.Popen[bytes]"
+    out: bytearray = field(default_factory=bytearray)
+    err: bytearray = field(default_factory=bytearray)
+
+    @classmethod
+    def start(cls, words: Sequence[str], folder: Path | None) -> Self:
+        """Start a program in a folder and in a process group of its own; no shell runs it.
+
+        Raises
+        ------
+        OSError
+            There is no such program, or it cannot be started.
+        """
+        pipe = subprocess.PIPE
+        popen = subprocess.Popen(
+            words, stdin=pipe, stdout=pipe, stderr=pipe, cwd=folder, start_new_session=True
+        )
+        for stream in (popen.stdin, popen.stdout, popen.stderr):
+            if stream is not None:
+                os.set_blocking(stream.fileno(), False)
+        return cls(popen)
+
+    @property
+    def last_words(self) -> str:
+        """The end of its standard error; bytes that are no UTF-8 are replaced."""
+        return bytes(self.err).decode("utf-8", "replace").strip()
+
+    @contextmanager
+    def listening(self, pending: bytes = b"") -> Iterator["Listening"]:
+        """Listen to it, with what it is still to read."""
+        found = Listening(self, pending)
+        try:
+            yield found
+        finally:
+            found.selector.close()
+
+    def finish(self) -> list[bytes]:
+        """Close its input, read what it writes within `LINGER`, and end it; the lines that are not blank."""
+        _close(self.popen.stdin)
+        end = time.monotonic() + LINGER
+        with self.listening() as ready:
+            while time.monotonic() < end and ready(end):
+                pass
+        self.kill()
+        return [line for line in bytes(self.out).split(b"\n") if line.strip()]
+
+    def kill(self) -> None:
+        """End it and what it has started."""
+        try:
+            os.killpg(self.popen.pid, signal.SIGKILL)
+        except (ProcessLookupError, PermissionError):
+            self.popen.kill()
+        self.popen.wait()
+        for stream in (self.popen.stdin, self.popen.stdout, self.popen.stderr):
+            _close(stream)
+
+
+class Listening:
+    """Writes what is pending and reads what comes, whichever is possible, until a deadline.
+
+    Parameters
+    ----------
+    process : Process
+    pending : bytes
+        Still to be written.
+
+    Attributes
+    ----------
+    closed : bool
+        Whether the program has closed its output.
+    """
+
+    def __init__(self, process: Process, pending: bytes) -> None:
+        self.process, self.pending, self.closed = process, memoryview(pending), False
+        self.start = time.monotonic()
+        self.selector = selectors.DefaultSelector()
+        popen = process.popen
+        for stream, found in ((popen.stdout, process.out), (popen.stderr, process.err)):
+            if stream is not None:
+                self.selector.register(stream, selectors.EVENT_READ, found)
+        if pending and popen.stdin is not None:
+            self.selector.register(popen.stdin, selectors.EVENT_WRITE, None)
+
+    def __call__(self, deadline: float) -> bool:
+        """Wait for standard output; False once that is closed or the deadline has passed."""
+        while not self.closed and (left := deadline - time.monotonic()) > 0.0:
+            read = False
+            for key, _ in self.selector.select(left):
+                if key.data is None:
+                    self._write(key.fileobj)
+                else:
+                    read |= self._read(key)
+            if read:
+                return True
+        return False
+
+    def line(self, seconds: float, room: int) -> bytes | None:
+        """The next line, without its end.
+
+        None where none is complete within `seconds` from the start, or the output is closed before; or where
+        more than `room` bytes have come without an end of line, and are left in `Process.out`.
+        """
+        out = self.process.out
+        while (end := out.find(b"\n")) < 0:
+            if len(out) > room or not self(self.start + seconds):
+                return None
+        got = bytes(out[:end])
+        del out[: end + 1]
+        return got
+
+    def code(self) -> int | None:
+        """The exit code; None while it runs. A program that has closed its output gets `LINGER` to end."""
+        if not self.closed:
+            return self.process.popen.poll()
+        try:
+            return self.process.popen.wait(LINGER)
+        except subprocess.TimeoutExpired:
+            return None
+
+    def _write(self, stream: Any) -> None:
+        try:
+            self.pending = self.pending[os.write(stream.fileno(), self.pending) :]
+        except BlockingIOError:
+            return
+        except BrokenPipeError:
+            self.pending = self.pending[:0]
+        if not self.pending:
+            self.selector.unregister(stream)
+
+    def _read(self, key: selectors.SelectorKey) -> bool:
+        """Read what is there; whether it was of standard output."""
+        stream: Any = key.fileobj
+        try:
+            chunk = os.read(stream.fileno(), 1 << 16)
+        except BlockingIOError:
+            return False
+        is_out = key.data is self.process.out
+        if chunk:
+            key.data.extend(chunk)
+            if not is_out:
+                del key.data[:-KEPT]
+        else:
+            self.selector.unregister(stream)
+            self.closed |= is_out
+        return is_out and bool(chunk)
+
+
+def _close(stream: IO[bytes] | None) -> None:
+    try:
+        if stream is not None:
+            stream.close()
+    except OSError:  # the program has ended, what was to be written is lost
+        pass
