@@ -7,9 +7,10 @@ import typer
 
 from convexperc.files import write_atomic, write_json
 from verification.commands.console import console, say
-from verification.commands.misuse import FAILED, OPEN, misuse
+from verification.commands.misuse import FAILED, OPEN, check_places, misuse
 from verification.commands.progress import progress
 
+WRITTEN = ("report.html", "report.json", "junit.xml")
 CONFORM_HELP = """Judge a solver in any language: every request of the vectors asked, every answer judged.
 
 Exit code 0: nothing failed but what is known to; 1: something failed; 2: misuse; 3: nothing failed, but
@@ -45,9 +46,7 @@ def conform(
         Path | None,
         typer.Option(metavar="FILE", help="Known failures: lines ID LEVEL # why.", dir_okay=False),
     ] = None,
-    timeout: Annotated[
-        float, typer.Option(min=0.01, help="Seconds for one answer; 30 more for the first.")
-    ] = 10.0,
+    timeout: Annotated[float, typer.Option(help="Seconds for one answer; 30 more for the first.")] = 10.0,
     max_examples: Annotated[
         int, typer.Option(min=0, help="Requests to search beyond the vectors; what fails is shrunk.")
     ] = 0,
@@ -69,9 +68,7 @@ def conform(
     selection = Selection(_profile(profile), only)
     with misuse("--known"):
         failures = read_known(known) if known is not None else {}
-    if out is not None:
-        with misuse("--out"):
-            out.mkdir(parents=True, exist_ok=True)
+    _check_out(out)
 
     def door() -> Door:
         if results is not None:
@@ -79,26 +76,31 @@ def conform(
         return Module(module, seconds=timeout) if module else Command(command, seconds=timeout)
 
     searched = None
-    with misuse("--module, --command, --results or --filter"), progress() as show:
+    with misuse("--module, --command, --results, --timeout or --filter"), progress() as show:
         report = run(door(), selection, known=failures, progress=lambda done, all: show("vectors", done, all))  # noqa: A006
-        if max_examples:
+        if max_examples and not report.given_up:
             searched = search(
-                door(), selection.profile, max_examples,
-                progress=lambda done: show("search", min(done, max_examples), max_examples),
-            )  # fmt: skip
+                door(),
+                selection.profile,
+                max_examples,
+                progress=lambda done, all: show("search", done, all),  # noqa: A006
+            )
     console().print(outputs.table(report))
     for line in [] if searched is None else outputs.searched_lines(searched):
         say(line)
+    if max_examples and searched is None:
+        say("search: not begun, since the solver was given up")
     if out is not None:
         with misuse("--out"):
-            write_json(out / "report.json", outputs.as_json(report, searched))
-            write_atomic(out / "junit.xml", outputs.junit(report))
-            write_atomic(out / "report.html", outputs.page(report, searched))
+            html, record, junit = (out / name for name in WRITTEN)
+            write_json(record, outputs.as_json(report, searched))
+            write_atomic(junit, outputs.junit(report))
+            write_atomic(html, outputs.page(report, searched))
         say(f"wrote {out / 'report.html'}, report.json and junit.xml")
-    if report.unexpected or (searched is not None and searched.found):
+    found, left = (searched.found, searched.undecided or searched.broken) if searched else ((), False)
+    if report.unexpected or found:
         raise typer.Exit(FAILED)
-    left = report.open or (searched is not None and (searched.undecided or searched.broken))
-    raise typer.Exit(OPEN if left or report.reached is None else 0)
+    raise typer.Exit(OPEN if report.open or left or report.reached is None else 0)
 
 
 def _check_doors(module: str, command: str, results: Path | None, max_examples: int) -> None:
@@ -107,6 +109,14 @@ def _check_doors(module: str, command: str, results: Path | None, max_examples: 
     if results is not None and max_examples:
         asked = "needs a solver that can be asked: --module or --command"
         raise typer.BadParameter(asked, param_hint="--max-examples")
+
+
+def _check_out(out: Path | None) -> None:
+    if out is not None:
+        with misuse("--out"):
+            out.mkdir(parents=True, exist_ok=True)
+        for name in WRITTEN:
+            check_places(out=out / name)
 
 
 def _profile(name: str) -> "Profile":  # type: ignore[name-defined]

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +17,8 @@ from verification.conformance.request import Request
 HEX = re.compile(r"[+-]?0[xX][0-9a-fA-F]+(\.[0-9a-fA-F]*)?([pP][+-]?[0-9]{1,5})?", re.ASCII)
 KEYS = frozenset(("id", "w", "u", "objective", "status", "trace"))
 REFUSALS = ("error", "unsupported")
-SHOWN = 120
-"""Most characters of a line that a finding shows."""
+SHOWN, TOLD = 120, 3
+"""Most characters of a line, and most of several faults, that a finding shows."""
 
 
 class AnswerError(Exception):
@@ -36,12 +37,15 @@ class Answer:
         F(w, u), if the solver says so.
     trace : float64 (k,) or None
         F by iteration, if the solver says so.
+    ignored : tuple of str
+        Keys that an answer need not have, which nobody reads.
     """
 
     w: Vector
     u: Vector
     objective: float | None = None
     trace: Vector | None = None
+    ignored: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -82,26 +86,24 @@ def read_answer(data: dict[str, Any], request: Request) -> Answer | Refusal:
     Raises
     ------
     AnswerError
-        A key is missing or unknown, a number is none or not finite, or a vector has another length.
+        A key is missing, a number is none or not finite, or a vector has another length.
     """
+    data = {key: value for key, value in data.items() if value is not None}
     refusals = [key for key in REFUSALS if key in data]
     if refusals:
-        if set(data) - {"id"} != {refusals[0]}:
-            raise AnswerError(
-                f"{refusals[0]} stands beside {', '.join(sorted(set(data) - {'id', *refusals[:1]}))}"
-            )
+        if beside := sorted({"w", "u", "objective", "trace", *refusals[1:]} & set(data)):
+            raise AnswerError(f"{refusals[0]} stands beside {', '.join(beside)}")
         text = data[refusals[0]]
         if not isinstance(text, str) or not text.strip():
             raise AnswerError(f"{refusals[0]} must say why in a string, not {shown(text)}")
         return Refusal(refusals[0], escaped(text))
     if missing := [key for key in ("w", "u") if key not in data]:
         raise AnswerError(f"has no {' and no '.join(missing)}")
-    if unknown := sorted(set(data) - KEYS):
-        raise AnswerError(f"has unknown keys: {shown(', '.join(unknown))}")
     n, d = request.problem.n, request.problem.d
-    objective = None if data.get("objective") is None else number(data["objective"], "objective")
-    trace = None if data.get("trace") is None else vector(data["trace"], "trace")
-    return Answer(vector(data["w"], "w", n), vector(data["u"], "u", d), objective, trace)
+    objective = number(data["objective"], "objective") if "objective" in data else None
+    trace = vector(data["trace"], "trace") if "trace" in data else None
+    ignored = tuple(shown(key) for key in sorted(set(data) - KEYS))
+    return Answer(vector(data["w"], "w", n), vector(data["u"], "u", d), objective, trace, ignored)
 
 
 def vector(values: Any, name: str, length: int | None = None) -> Vector:
@@ -140,6 +142,12 @@ def number(value: Any, name: str) -> float:
 
 def _plain(value: Any) -> float | None:
     return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+
+def told(faults: Sequence[str]) -> str:
+    """The first faults, how many more there are, and the last."""
+    more = len(faults) - TOLD - 1
+    return "; ".join(faults if more <= 0 else [*faults[:TOLD], f"and {more} more", faults[-1]])
 
 
 def shown(value: Any) -> str:

@@ -10,6 +10,8 @@ from verification.conformance.request import LAMBDAS
 
 OPTIONAL = ("objective", "trace")
 VECTORS = ("w", "u")
+RESERVED = ("id", "changes", "unusable")
+"""Keys of the kit's own, which an answer cannot set."""
 
 
 def call(solve: Callable[..., Any], data: Mapping[str, Any]) -> dict[str, Any]:
@@ -18,22 +20,32 @@ def call(solve: Callable[..., Any], data: Mapping[str, Any]) -> dict[str, Any]:
     X is a float64 array (n, d), o (d,), modalities a list of sizes. It returns ``(w, u)``,
     ``(w, u, objective)``, a mapping, or an object with the attributes ``w`` and ``u`` and perhaps
     ``objective`` and ``trace``. `NotImplementedError` says that a request is not for this solver; every other
-    exception is the answer "error".
+    exception is the answer "error". The key ``changes`` has the names of arguments that the function changed.
     """
     try:
-        arguments = [np.array(data[name], dtype=np.float64) for name in ("X", "o")]
-        weights = {name: data[name] for name in LAMBDAS}
-        found = solve(*arguments, data["modalities"], **weights)
-        return {"id": data["id"]} | {name: _plain(value) for name, value in _fields(found).items()}
+        given = _arguments(data)
+        found = solve(*given.values(), **{name: data[name] for name in LAMBDAS})
+        answer = {"id": data["id"]} | {name: _plain(value) for name, value in _fields(found).items()}
+        changed = [name for name, value in _arguments(data).items() if not _same(value, given[name])]
+        return answer | ({"changes": changed} if changed else {})
     except NotImplementedError as reason:
         return {"id": data["id"], "unsupported": _text(reason)}
-    except Exception as error:  # whatever a solver raises is its answer
+    except (Exception, SystemExit) as error:  # whatever a solver raises is its answer
         return {"id": data["id"], "error": f"{type(error).__name__}: {_text(error)}"}
+
+
+def _arguments(data: Mapping[str, Any]) -> dict[str, Any]:
+    arrays = {name: np.array(data[name], dtype=np.float64) for name in ("X", "o")}
+    return arrays | {"modalities": list(data["modalities"])}
+
+
+def _same(value: Any, other: Any) -> bool:
+    return value == other if isinstance(value, list) else np.array_equal(value, other, equal_nan=True)
 
 
 def _fields(found: Any) -> dict[str, Any]:
     if isinstance(found, Mapping):
-        return dict(found)
+        return {name: value for name, value in found.items() if name not in RESERVED}
     if isinstance(found, (tuple, list)):
         return dict(zip((*VECTORS, *OPTIONAL), found, strict=False))
     names = [name for name in (*VECTORS, *OPTIONAL) if getattr(found, name, None) is not None]

@@ -26,8 +26,17 @@ SECONDS = 10.0
 STARTING = 30.0
 """More seconds for the first answer of a process: it may load or compile what it needs."""
 
-FRUITLESS = 3
-"""Starts in a row that end before any answer; the program is then not started again."""
+LONGEST_WAIT = 86400.0
+"""Most seconds that an answer may be given."""
+
+FRUITLESS, PATIENT = 3, 100
+"""Ends in a row without an answer after which a program is given up: one that never answered, and another."""
+
+STRANGERS = 1000
+"""Lines after a request that are not its answer, from which on nothing more is awaited."""
+
+GRACE = 1.0
+"""Seconds for the answer, once something came in its place that cannot be read or has another id."""
 
 LONGEST = 1 << 22
 """Bytes of an answer beyond the numbers that it must hold: its trace and what surrounds them."""
@@ -35,8 +44,18 @@ LONGEST = 1 << 22
 PER_NUMBER = 64
 """Bytes that one number of an answer may take."""
 
+ROOT = Path(__file__).parents[2]
+SERVE = (
+    "import sys; sys.path.insert(0, sys.argv.pop(1)); from verification.conformance.serve import main; main()"
+)
+"""Imports this kit first, whatever else is called like it where the solver is."""
+
 LAST_WORDS = "; its standard error ends: "
 """What parts a fault from the end of standard error, which is the machine's own."""
+
+
+class NotAskedError(Exception):
+    """The solver was given up, and this request was not asked; the message says why."""
 
 
 @dataclass
@@ -66,7 +85,7 @@ class Reply:
 
 
 class Door(Protocol):
-    """How a solver is asked.
+    """How a solver is asked; one that was given up raises `NotAskedError`, and is tried anew after that.
 
     Attributes
     ----------
@@ -110,7 +129,7 @@ class Command:
     Raises
     ------
     InputError
-        The command is empty or has an open quote, or there is no such program.
+        The command is empty or has an open quote, there is no such program, or `seconds` is out of range.
     """
 
     reads_lines = True
@@ -130,11 +149,13 @@ class Command:
             raise InputError("command", value=command, must=f"must be a command line: {problem}") from None
         if not self.words:
             raise InputError("command", value=command, must="must name a program")
+        if not 0.0 < seconds <= LONGEST_WAIT:
+            raise InputError("timeout", value=seconds, must=f"must be seconds, at most {LONGEST_WAIT:g}")
         self.name = name or shlex.join(self.words)
         self.seconds, self.starting, self.folder = seconds, starting, folder
         self._process: Process | None = None
         self._answered, self._asked = False, ""
-        self._fruitless = 0
+        self._ever, self._fruitless = False, 0
 
     def ask(self, request: Request) -> Reply:
         """Ask; see `Door`."""
@@ -153,7 +174,7 @@ class Command:
 
     def close(self) -> list[str]:
         """Close its input, read what it still writes, and end it."""
-        process, self._process = self._process, None
+        process, self._process, self._fruitless = self._process, None, 0
         return [f"after the last answer: {shown(line)}" for line in (process.finish() if process else [])]
 
     def __enter__(self) -> Self:
@@ -176,43 +197,60 @@ class Command:
         A program that ended in peace after an answer is started again and asked again.
         """
         for _ in range(2):
-            process = self._started(faults)
-            if process is None:
-                return None
-            before, self._asked = self._asked, id
-            again = self._answered
-            with process.listening(line.encode() + b"\n") as ready:
-                while (got := self._line(process, ready, room, faults)) is not None:
-                    data = _object(got, faults)
-                    if data is None and len(faults) > FRUITLESS:
-                        self._give_up(process, faults, "writes one line after the other that is no answer")
-                        return None
-                    given = None if data is None else data.get("id")
-                    if data is not None and (given == id or (anonymous and given is None)):
-                        self._answered, self._fruitless = True, 0
-                        return data
-                    if data is not None:
-                        faults.append(_stranger(given, id, before))
+            process, again = self._started(), self._answered
+            data = self._heard(process, id, line, room, faults, anonymous)
+            if data is not None:
+                self._answered, self._ever, self._fruitless = True, True, 0
+                return data
             if not (again and process.popen.returncode == 0 and not faults):
                 break
         return None
 
-    def _line(self, process: Process, ready: Listening, room: int, faults: list[str]) -> bytes | None:
-        """The next line; None, with the program given up, where there is none in the time that is allowed."""
-        allowed = self.seconds + (0.0 if self._answered else self.starting)
-        got = ready.line(allowed, room)
-        if got is None and len(process.out) > room:
-            self._give_up(process, faults, f"writes a line of more than {room} bytes")
-        elif got is None:
-            self._ended(process, faults, ready, allowed)
-        return got
+    def _heard(
+        self,
+        process: Process,
+        id: str,  # noqa: A002
+        line: str,
+        room: int,
+        faults: list[str],
+        anonymous: bool,
+    ) -> dict[str, Any] | None:
+        """What a process answers; None, with the process ended, where that does not come in time."""
+        before, self._asked = self._asked, id
+        allowed, graced = self.seconds + (0.0 if self._answered else self.starting), False
+        with process.listening(line.encode() + b"\n") as ready:
+            for _ in range(STRANGERS):
+                got = ready.line(allowed, room)
+                if got is None:
+                    self._ended(process, faults, ready, allowed, room, graced)
+                    return None
+                if not got.strip():
+                    continue
+                try:
+                    data = self._read(got, faults)
+                    given = data.get("id")
+                    if given == id or (anonymous and given is None):
+                        return data
+                    faults.append(_stranger(given, id, before))
+                    repeated = bool(before) and given == before
+                except AnswerError as fault:
+                    faults.append(str(fault))
+                    repeated = False
+                if not repeated and not graced and got.lstrip(b"\xef\xbb\xbf \t")[:1] in (b"{", b"["):
+                    allowed, graced = min(allowed, ready.elapsed + GRACE), True
+        self._give_up(process, faults, "writes one line after the other that is no answer")
+        return None
 
-    def _started(self, faults: list[str]) -> Process | None:
+    def _read(self, line: bytes, faults: list[str]) -> dict[str, Any]:
+        """Read a line; raises `AnswerError`."""
+        return parsed(line)
+
+    def _started(self) -> Process:
         if self._process is not None:
             return self._process
-        if self._fruitless >= FRUITLESS:
-            faults.append(f"was not asked: it ended {FRUITLESS} times without an answer")
-            return None
+        if self._fruitless >= (PATIENT if self._ever else FRUITLESS):
+            count, self._fruitless = self._fruitless, 0
+            raise NotAskedError(f"it was given up after {count} requests in a row without an answer")
         try:
             self._process = Process.start(self.words, self.folder)
         except OSError as problem:
@@ -221,9 +259,20 @@ class Command:
         self._answered, self._asked = False, ""
         return self._process
 
-    def _ended(self, process: Process, faults: list[str], ready: Listening, allowed: float) -> None:
-        """No answer, and nothing more to read: it has ended, or the time is over."""
-        code = ready.code()
+    def _ended(
+        self,
+        process: Process,
+        faults: list[str],
+        ready: Listening,
+        allowed: float,
+        room: int,
+        graced: bool,
+    ) -> None:
+        """Nothing more to read: it has ended, the time is over, or a line has no end."""
+        if len(process.out) > room:
+            self._give_up(process, faults, f"writes a line of more than {room} bytes")
+            return
+        code = ready.code(allowed)
         if code == 0 and self._answered and not process.out:
             self._process = None
             process.kill()
@@ -231,10 +280,12 @@ class Command:
         said = process.last_words[-400:]
         words = f"{LAST_WORDS}{shown(said)}" if said else ""
         if code is not None:
-            how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+            how = f"signal {_signal(-code)}" if code < 0 else f"exit code {code}"
             why = f"ended with {how} before it answered{words}"
         elif ready.closed:
             why = f"closed its output before it answered{words}"
+        elif graced:
+            why = ""
         elif ready.pending:
             why = f"did not read the request within {allowed:g} s"
         else:
@@ -242,10 +293,10 @@ class Command:
         self._give_up(process, faults, why)
 
     def _give_up(self, process: Process, faults: list[str], why: str) -> None:
-        faults.append(why)
+        faults += [why] if why else []
         process.kill()
         self._process = None
-        self._fruitless = 0 if self._answered else self._fruitless + 1
+        self._fruitless += 1
 
 
 def _stranger(given: Any, id: str, before: str) -> str:  # noqa: A002
@@ -255,12 +306,9 @@ def _stranger(given: Any, id: str, before: str) -> str:  # noqa: A002
     return f"answers with the id {shown(given)}, asked was {shown(id)}"
 
 
-def _object(line: bytes, faults: list[str]) -> dict[str, Any] | None:
-    try:
-        return parsed(line)
-    except AnswerError as fault:
-        faults.append(str(fault))
-        return None
+def _signal(number: int) -> str:
+    """Its name; a real-time signal has none."""
+    return signal.Signals(number).name if number in set(signal.Signals) else str(number)
 
 
 class Module(Command):
@@ -281,9 +329,23 @@ class Module(Command):
     ) -> None:
         module, _, function = place.partition(":")
         if not all(part.isidentifier() for part in (*module.split("."), *function.split("."))):
-            raise InputError("module", value=place, must="must be package.module:function")
-        serve = [sys.executable, "-m", "verification.conformance.serve", place]
+            remedy = "A program is asked by its command: --command, or a list of words in assert_conforms."
+            raise InputError("module", value=place, must="must be package.module:function", remedy=remedy)
+        serve = [sys.executable, "-P", "-c", SERVE, str(ROOT), place]
         super().__init__(serve, seconds=seconds, starting=starting, name=place, folder=folder)
+
+    def _read(self, line: bytes, faults: list[str]) -> dict[str, Any]:
+        data = parsed(line)
+        if "unusable" in data:
+            must = f"must name a function that can be imported; {data['unusable']}"
+            raise InputError("module", value=self.name, must=must)
+        faults += _changes(data)
+        return data
+
+
+def _changes(data: dict[str, Any]) -> list[str]:
+    """What `calling.call` says of arguments that a function changed."""
+    return [f"changes {name}, which belongs to the caller" for name in data.pop("changes", ())]
 
 
 class Function:
@@ -305,12 +367,14 @@ class Function:
         reply, start = Reply(), time.perf_counter()
         data = call(self.solve, request.as_json())
         reply.seconds = time.perf_counter() - start
+        reply.faults += _changes(data)
         reply.take(data, request)
         return reply
 
     def ask_malformed(self, id: str, line: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002
         """Call it with what the line says; see `Door`."""
-        return call(self.solve, json.loads(line)), []
+        data = call(self.solve, json.loads(line))
+        return data, _changes(data)
 
     def close(self) -> list[str]:
         """Nothing is left over."""

@@ -5,7 +5,7 @@ L3: what is proved to be 0 is 0, and the label is the proved one. L4: the object
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from convexperc.problem.arrays import Vector
-from verification.conformance.answers import Answer, Refusal
+from verification.conformance.answers import REFUSALS, Answer, Refusal, shown, told
 from verification.conformance.doors import Reply
 from verification.conformance.profiles import Profile
 from verification.conformance.vectors import Malformed, RecognitionSet
@@ -22,6 +22,7 @@ from verification.exact.formulation import objective
 from verification.exact.numbers import Enclosure
 from verification.ledger.evidence import Outcome
 
+NOT_ASKED = "not asked"
 MOST_DIGITS = 16.0
 """Digits that float64 holds: agreement beyond them is not told."""
 
@@ -86,7 +87,7 @@ def judge(case: Case, reply: Reply, profile: Profile) -> Judged:
     answer = reply.answer
     if isinstance(answer, Refusal) and answer.kind == "unsupported" and not reply.faults:
         return Judged(tuple(Finding(case.id, level, Outcome.SKIPPED, answer.text) for level in Level))
-    why = "; ".join(reply.faults)
+    why = told(reply.faults)
     if not isinstance(answer, Answer):
         refused = f"error: {answer.text}" if answer is not None else ""
         first = Finding(case.id, Level.L0, Outcome.FAILED, "; ".join(filter(None, (why, refused))))
@@ -138,13 +139,21 @@ def judge_set(case: RecognitionSet, values: Sequence[Fraction | None], profile: 
     return Finding(case.id, Level.L3, Outcome.FAILED, f"its lowest value is {label}'s; proved is {proved}")
 
 
+def not_asked(id: str, levels: Iterable[Level]) -> list[Finding]:  # noqa: A002
+    """The findings of a request that was not asked, since the solver had been given up."""
+    return [Finding(id, level, Outcome.SKIPPED, NOT_ASKED) for level in levels]
+
+
 def judge_malformed(case: Malformed, data: dict[str, object] | None, faults: Sequence[str]) -> Finding:
     """Judge what came back for a line that is no valid request: L0."""
-    why = "; ".join(faults)
+    why = told(faults)
     if data is None or why:
         return Finding(case.id, Level.L0, Outcome.FAILED, why or "no answer")
-    if isinstance(data.get("error"), str) and str(data["error"]).strip():
+    said = {key: data[key] for key in REFUSALS if isinstance(data.get(key), str) and str(data[key]).strip()}
+    if "error" in said:
         return Finding(case.id, Level.L0, Outcome.HELD)
+    if said:
+        return Finding(case.id, Level.L0, Outcome.SKIPPED, shown(said["unsupported"]))
     detail = f"answers where an error was due ({case.fault}: {case.comment})"
     return Finding(case.id, Level.L0, Outcome.FAILED, detail)
 
@@ -226,6 +235,8 @@ def _trace(case: Case, answer: Answer, value: Enclosure, profile: Profile) -> Fi
     if off > Fraction(profile.value) * value.upper + _allowed(case, profile.value, profile):
         detail = f"the trace ends at {float(trace[-1])!r}; F(w, u) is {float(value.upper)!r}"
         return Finding(case.id, Level.L4, Outcome.FAILED, detail)
+    if trace.size == 1:
+        return Finding(case.id, Level.L4, Outcome.SKIPPED, "a trace of one value shows no step")
     return Finding(case.id, Level.L4, Outcome.HELD)
 
 

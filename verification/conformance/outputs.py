@@ -30,6 +30,9 @@ def table(report: Report) -> Group:
     if report.digits:
         least, middle = min(report.digits), statistics.median(report.digits)
         lines.append(Text(f"digits to which F(w, u) agrees with F*: least {least:.1f}, median {middle:.1f}"))
+    lines += (
+        [Text(f"keys of answers that nobody reads: {', '.join(report.ignored)}")] if report.ignored else []
+    )
     lines += [Text(escaped(f"known failure that did not fail: {each}")) for each in report.stale]
     return Group(grid, *lines, Text(escaped(report.statement)))
 
@@ -70,6 +73,7 @@ def as_json(report: Report, searched: Searched | None) -> dict[str, Any]:
         "findings": [_finding(each) for each in report.findings if each.outcome is not Outcome.HELD],
         "known": [f"{id} {level}" for id, level in report.known],  # noqa: A001
         "stale": list(report.stale),
+        "ignored": list(report.ignored),
         "requests": {
             each.id: report.requests[each.id] for each in report.failed if each.id in report.requests
         },

@@ -14,8 +14,11 @@ from typing import IO, Any, Self
 LINGER = 0.2
 """Seconds in which a program may end by itself once its input is closed; what it still writes is read."""
 
-KEPT = 2000
-"""Bytes that are kept of the end of standard error."""
+TICK = 0.05
+"""Seconds between two looks whether a program has ended, while what it started keeps its output open."""
+
+KEPT, MOST_LEFT = 2000, 1 << 16
+"""Bytes that are kept of the end of standard error, and read of what it writes after the last answer."""
 
 
 @dataclass
@@ -70,7 +73,7 @@ class Process:
         _close(self.popen.stdin)
         end = time.monotonic() + LINGER
         with self.listening() as ready:
-            while time.monotonic() < end and ready(end):
+            while len(self.out) < MOST_LEFT and ready(end):
                 pass
         self.kill()
         return [line for line in bytes(self.out).split(b"\n") if line.strip()]
@@ -113,17 +116,27 @@ class Listening:
             self.selector.register(popen.stdin, selectors.EVENT_WRITE, None)
 
     def __call__(self, deadline: float) -> bool:
-        """Wait for standard output; False once that is closed or the deadline has passed."""
+        """Wait for standard output; False once that is closed or the deadline has passed.
+
+        It counts as closed, too, once the program has ended and all that it wrote is read.
+        """
         while not self.closed and (left := deadline - time.monotonic()) > 0.0:
+            ended = self.process.popen.poll() is not None
             read = False
-            for key, _ in self.selector.select(left):
+            for key, _ in self.selector.select(0.0 if ended else min(left, TICK)):
                 if key.data is None:
                     self._write(key.fileobj)
                 else:
                     read |= self._read(key)
             if read:
                 return True
+            self.closed |= ended
         return False
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since it began to listen."""
+        return time.monotonic() - self.start
 
     def line(self, seconds: float, room: int) -> bytes | None:
         """The next line, without its end.
@@ -139,12 +152,12 @@ class Listening:
         del out[: end + 1]
         return got
 
-    def code(self) -> int | None:
-        """The exit code; None while it runs. A program that has closed its output gets `LINGER` to end."""
+    def code(self, seconds: float) -> int | None:
+        """The exit code; None while it runs. With its output closed it may take `seconds` from the start."""
         if not self.closed:
             return self.process.popen.poll()
         try:
-            return self.process.popen.wait(LINGER)
+            return self.process.popen.wait(max(LINGER, seconds - self.elapsed))
         except subprocess.TimeoutExpired:
             return None
 

@@ -9,17 +9,19 @@ from itertools import count
 from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve
 from verification.checks.interface import Check, Observation
-from verification.conformance.doors import Door
-from verification.conformance.judge import Level, attainable, judge
+from verification.conformance.doors import Door, NotAskedError
+from verification.conformance.judge import Finding, Level, attainable, judge
 from verification.conformance.profiles import Profile
 from verification.conformance.request import Request, in_float32
 from verification.conformance.vectors import Vector
 from verification.ledger.evidence import Outcome
 from verification.problems.families import EXTREME, FAMILIES
 from verification.problems.sources import Source
+from verification.search.engine import Result
 from verification.search.engine import search as explore
 from verification.search.profiles import Profile as Budget
-from verification.search.shards import problem_of
+from verification.search.shards import Case, problem_of
+from verification.search.shards import Found as Shard
 
 NARROW = 1e-10, 1e-14
 """Tolerances of F*, relative to F* and to ||o||^2."""
@@ -77,42 +79,36 @@ def search(
     examples: int,
     *,
     seed: int = 0,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Searched:
     """Draw about `examples` requests of all families, judge the answers, shrink failures, and end the solver.
 
     In the profile float32 each request is rounded to float32 first; those that overflow there are not asked.
-    Neither are those of which no point near the optimum is optimal once it is rounded (see `attainable`).
+    Neither are those of which no point near the optimum is optimal once it is rounded (see `attainable`). The
+    smallest failing requests are asked once more; where that does not fail again, it is told.
     """
     families = tuple(name for name in FAMILIES if name not in EXTREME)
-    check = Check("conformance", tuple(Level), _Asking(door, profile), families, largest=LARGEST)
-    budget = Budget(
-        "search",
-        problems=max(1, -(-examples // len(families))),
-        shard=SHARD,
-        hunts=True,
-        per_scale=0,
-        least=1,
-    )
+    asking, each = _Asking(door, profile), max(1, -(-examples // len(families)))
+    check = Check("conformance", tuple(Level), asking, families, largest=LARGEST)
+    budget = Budget("search", problems=each, shard=SHARD, hunts=True, per_scale=0, least=1)
     done = 0
 
-    def told(found: object) -> None:
+    def told(shard: Shard) -> None:
         nonlocal done
-        done += getattr(found, "problems", 0)
-        progress(done)
+        if not shard.shard.hunt:
+            done += shard.problems
+            progress(done, each * len(families))
 
     try:
         result = explore([check], budget, seed, progress=told)
+        door.close()
+        found = [
+            asking.found(Level(part), result, family, case)
+            for part, (family, case) in sorted(result.smallest().items())
+        ]
     finally:
         door.close()
     undecided = sum(tally.outcomes[Outcome.UNDECIDED] for tally in result.tallies.values())
-    found = []
-    for part, (family, case) in sorted(result.smallest().items()):
-        failures = sum(
-            tally.outcomes[Outcome.FAILED] for (name, _), tally in result.tallies.items() if name == part
-        )
-        line = Request("found", _asked(problem_of(case.problem), profile) or problem_of(case.problem)).line
-        found.append(Found(Level(part), failures, family, case.detail, line))
     return Searched(result.total, undecided, tuple(found), tuple(result.broken))
 
 
@@ -127,6 +123,25 @@ class _Asking:
         self.door, self.profile, self.numbers = door, profile, count(1)
 
     def __call__(self, problem: Problem, source: Source) -> Iterable[Observation]:
+        for finding in self._findings(problem):
+            if finding.level is Level.L3:
+                continue
+            digits = finding.digits if finding.digits is not None else 16.0
+            yield Observation(finding.level, finding.outcome, max(0.0, 16.0 - digits), finding.detail)
+
+    def found(self, level: Level, result: Result, family: str, case: Case) -> Found:
+        """The smallest failure of a level, asked once more."""
+        problem = problem_of(case.problem)
+        failures = sum(
+            tally.outcomes[Outcome.FAILED] for (name, _), tally in result.tallies.items() if name == level
+        )
+        again = any((each.level, each.outcome) == (level, Outcome.FAILED) for each in self._findings(problem))
+        detail = case.detail if again else f"{case.detail}; it did not fail when asked again"
+        line = Request("found", _asked(problem, self.profile) or problem).line
+        return Found(level, failures, family, detail, line)
+
+    def _findings(self, problem: Problem) -> tuple[Finding, ...]:
+        """What the answer to one problem is worth; nothing where it is not asked."""
         asked = _asked(problem, self.profile)
         proof = (
             None
@@ -134,14 +149,13 @@ class _Asking:
             else solve(asked, relative_tolerance=NARROW[0], absolute_tolerance=NARROW[1])
         )
         if asked is None or proof is None or not math.isfinite(proof.certificate.upper):
-            return
+            return ()
         bounds = Fraction(proof.certificate.lower), Fraction(proof.certificate.upper)
         case = Vector(Request(f"search-{next(self.numbers)}", asked), *bounds)
         if not attainable(case, proof.w, proof.u, self.profile):
-            return
-        reply = self.door.ask(case.request)
-        for finding in judge(case, reply, self.profile).findings:
-            if finding.level is Level.L3:
-                continue
-            digits = finding.digits if finding.digits is not None else 16.0
-            yield Observation(finding.level, finding.outcome, max(0.0, 16.0 - digits), finding.detail)
+            return ()
+        try:
+            reply = self.door.ask(case.request)
+        except NotAskedError:
+            return ()
+        return judge(case, reply, self.profile).findings

@@ -1,7 +1,6 @@
 """The program behind ``--module``: reads requests, calls a Python function, writes its answers.
 
-``python -m verification.conformance.serve package.module:function``. What the function prints goes to
-standard error, so that it cannot be taken for an answer.
+What the function prints goes to standard error, so that it cannot be taken for an answer.
 """
 
 import importlib
@@ -11,6 +10,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from convexperc.errors import escaped
 from verification.conformance.calling import call
 
 
@@ -26,13 +26,20 @@ def function(place: str) -> Callable[..., Any]:
 
 
 def serve(place: str) -> None:
-    """Answer every line of standard input until it ends."""
+    """Answer every line of standard input until it ends; where there is no such function, say why."""
     with os.fdopen(os.dup(1), "w", encoding="utf-8") as answers:
         os.dup2(2, 1)
-        solve = function(place)
+        try:
+            solve = function(place)
+        except BaseException as error:  # whatever a module raises when it is imported
+            found = f"{type(error).__name__}: {escaped(str(error))}"
+            print(json.dumps({"unusable": found}), file=answers, flush=True)
+            return
         for line in sys.stdin:
             print(json.dumps(call(solve, json.loads(line)), default=repr), file=answers, flush=True)
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Serve the function that the command line names; it is looked for in the working directory first."""
+    sys.path.insert(0, os.getcwd())  # noqa: PTH109 - as Python itself puts it there
     serve(sys.argv[1])

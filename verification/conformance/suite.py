@@ -7,15 +7,26 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from fractions import Fraction
 from pathlib import Path
+from typing import TypeVar
 
 from convexperc.errors import FileFormatError, InputError
 from convexperc.files import given_path
-from verification.conformance.doors import Door, Reply
-from verification.conformance.judge import Finding, Level, judge, judge_malformed, judge_set
+from verification.conformance.answers import Answer, told
+from verification.conformance.doors import Door, NotAskedError
+from verification.conformance.judge import (
+    NOT_ASKED,
+    Finding,
+    Level,
+    judge,
+    judge_malformed,
+    judge_set,
+    not_asked,
+)
 from verification.conformance.profiles import FLOAT64, Profile
 from verification.conformance.vectors import FLAGS, Malformed, RecognitionSet, Vector, Vectors, all_vectors
 from verification.ledger.evidence import Outcome
 
+T = TypeVar("T")
 Known = Mapping[tuple[str, Level], str]
 """Failures that are known, with why: by id and level."""
 
@@ -75,6 +86,10 @@ class Report:
         n d of each problem.
     seconds : tuple of float
         Of each answer.
+    given_up : str
+        Why the rest was not asked; empty where all were.
+    ignored : tuple of str
+        Keys of answers that nobody reads.
     """
 
     solver: str
@@ -86,6 +101,8 @@ class Report:
     requests: Mapping[str, str] = field(default_factory=dict)
     sizes: Mapping[str, int] = field(default_factory=dict)
     seconds: tuple[float, ...] = ()
+    given_up: str = ""
+    ignored: tuple[str, ...] = ()
 
     def counts(self, level: Level) -> Counter[str]:
         """How many requests held, failed, failed as known, stayed undecided or were skipped at a level."""
@@ -117,6 +134,14 @@ class Report:
         )
 
     @property
+    def declined(self) -> tuple[str, ...]:
+        """The ids that the solver said are not for it."""
+        skipped = (
+            each for each in self.findings if (each.level, each.outcome) == (Level.L0, Outcome.SKIPPED)
+        )
+        return tuple(each.id for each in skipped if each.detail != NOT_ASKED)
+
+    @property
     def reached(self) -> Level | None:
         """The highest level up to which nothing failed, known or not, and something held."""
         best = None
@@ -136,18 +161,30 @@ class Report:
     @property
     def statement(self) -> str:
         """What may be said of the solver, in one sentence."""
-        asked = len({each.id for each in self.findings if each.level is Level.L0})
-        skipped = sum(each.outcome is Outcome.SKIPPED for each in self.findings if each.level is Level.L0)
+        ids = {each.id for each in self.findings if each.level is Level.L0}
+        lost = {each.id for each in self.findings if each.level is Level.L0 and each.detail == NOT_ASKED}
         reached = f"reaches {self.reached}" if self.reached else "reaches no level"
-        left = f", of which it declined {skipped}" if skipped else ""
+        left = f", of which it declined {len(self.declined)}" if self.declined else ""
         only = f" (those that match {self.selection.only})" if self.selection.only else ""
-        count = sum(each.outcome is Outcome.FAILED for each in self.findings)
-        failures = f"{count} failures" if count != 1 else "1 failure"
+        rest = f" {len(lost)} more were not asked: {self.given_up}." if lost else ""
         profile = self.selection.profile.name
         return (
             f"{self.solver} {reached} of the convexperc conformance vectors {self.version},"
-            f" profile {profile}: {asked} requests{only}{left}; {failures}."
+            f" profile {profile}: {len(ids - lost)} requests{only}{left}; {self._failures}.{rest}"
         )
+
+    @property
+    def _failures(self) -> str:
+        failed, new = self.failed, len(self.unexpected)
+        if not failed:
+            return "0 failures"
+        many = _counted(len(failed), "failure"), _counted(len({each.id for each in failed}), "request")
+        known = "" if new == len(failed) else f", {len(failed) - new} of them known" if new else ", all known"
+        return f"{' on '.join(many)}{known}"
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'s' * (count != 1)}"
 
 
 def run(
@@ -156,21 +193,18 @@ def run(
     *,
     known: Known | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
-    of: Vectors | None = None,
 ) -> Report:
     """Ask every vector of the selection, judge the answers, and end the solver.
 
     Raises
     ------
     InputError
-        Nothing matches, or a known failure names an id that there is not.
+        Nothing matches.
     """
-    all_of, known = all_vectors() if of is None else of, known or {}
+    all_of, known = all_vectors(), known or {}
     problems, sets, malformed = _selected(all_of, selection)
     malformed = [each for each in malformed if door.reads_lines or each.callable]
     total = len(problems) + len(sets) + len(malformed)
-    if unknown := [id for id, _ in known if id not in _names(all_of)]:  # noqa: A001
-        raise InputError("known failures", value=unknown[0], must="must name ids of the vectors")
     asking = _Run(door, selection.profile)
     everything: list[Vector | RecognitionSet | Malformed] = [*problems, *sets, *malformed]
     late: list[str] = []
@@ -186,7 +220,7 @@ def run(
     stale = tuple(f"{id} {level}" for id, level in known if (id, level) in asked - failed)  # noqa: A001
     return Report(
         door.name, all_of.version, selection, tuple(asking.findings), known, stale, asking.requests,
-        asking.sizes, tuple(asking.seconds),
+        asking.sizes, tuple(asking.seconds), asking.given_up, tuple(sorted(asking.ignored)),
     )  # fmt: skip
 
 
@@ -231,6 +265,8 @@ class _Run:
     requests: dict[str, str] = field(default_factory=dict)
     sizes: dict[str, int] = field(default_factory=dict)
     seconds: list[float] = field(default_factory=list)
+    ignored: set[str] = field(default_factory=set)
+    given_up: str = ""
 
     def take(self, each: Vector | RecognitionSet | Malformed) -> None:
         if isinstance(each, Vector):
@@ -242,24 +278,37 @@ class _Run:
             self.sizes[each.id] = sum(self.sizes[template.id] for template in each.templates)
         else:
             self.requests[each.id] = each.line
-            self.findings.append(judge_malformed(each, *self.door.ask_malformed(each.id, each.line)))
+            asked = self._asked(lambda: self.door.ask_malformed(each.id, each.line))
+            self.findings += [judge_malformed(each, *asked)] if asked else not_asked(each.id, [Level.L0])
+
+    def _asked(self, ask: Callable[[], T]) -> T | None:
+        """What came of a question; None from the first on that was not asked."""
+        if self.given_up:
+            return None
+        try:
+            return ask()
+        except NotAskedError as why:
+            self.given_up = str(why)
+            return None
 
     def _problem(self, case: Vector) -> Fraction | None:
-        reply: Reply = self.door.ask(case.request)
-        judged = judge(case, reply, self.profile)
-        self.findings += judged.findings
         self.requests[case.id] = case.request.line
         self.sizes[case.id] = case.request.problem.n * case.request.problem.d
+        reply = self._asked(lambda: self.door.ask(case.request))
+        if reply is None:
+            self.findings += not_asked(case.id, Level)
+            return None
+        judged = judge(case, reply, self.profile)
+        self.findings += judged.findings
         self.seconds.append(reply.seconds)
+        if isinstance(reply.answer, Answer):
+            self.ignored.update(reply.answer.ignored)
         return judged.value
 
     def late(self, faults: list[str]) -> None:
         """What was seen only at the end is nobody's answer: it is a fault of the protocol."""
         if faults:
-            detail = "; ".join(faults[:SMALLEST]) + (
-                f"; and {len(faults) - SMALLEST} more" * (len(faults) > SMALLEST)
-            )
-            self.findings.append(Finding(PROTOCOL, Level.L0, Outcome.FAILED, detail))
+            self.findings.append(Finding(PROTOCOL, Level.L0, Outcome.FAILED, told(faults)))
 
 
 LINE = re.compile(r"(\S+)\s+(L[0-4])\s*(?:#\s*(.*))?")
@@ -271,13 +320,13 @@ def read_known(path: Path) -> dict[tuple[str, Level], str]:
     Raises
     ------
     FileFormatError
-        It cannot be read, or a line has another form.
+        It cannot be read, or a line has another form, names no id of the vectors, or repeats another.
     """
     try:
-        lines = given_path(path).read_text("utf-8").splitlines()
+        lines = given_path(path).read_text("utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as problem:
         raise FileFormatError(str(path), value=str(problem), must="must be a readable text file") from None
-    found = {}
+    found, names = {}, _names(all_vectors())
     for k, line in enumerate(lines, 1):
         text = line.strip()
         if not text or text.startswith("#"):
@@ -287,5 +336,10 @@ def read_known(path: Path) -> dict[tuple[str, Level], str]:
             raise FileFormatError(
                 f"{path}:{k}", value=text, must="must be an id and a level, such as random-03 L2"
             )
-        found[match[1], Level(match[2])] = match[3] or ""
+        if match[1] not in names:
+            raise FileFormatError(f"{path}:{k}", value=match[1], must="must name ids of the vectors")
+        key = match[1], Level(match[2])
+        if key in found:
+            raise FileFormatError(f"{path}:{k}", value=" ".join(key), must="must be given once")
+        found[key] = match[3] or ""
     return found

@@ -6,6 +6,7 @@ a program that loads no library is there at once, however busy the machine is. W
 
 import json
 import os
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -93,8 +94,24 @@ def main(name: str, sound: str, *file: str) -> None:  # noqa: C901, PLR0912, PLR
         elif name == "a list":
             text = json.dumps([found])
         elif name == "endless lines":
-            say("still working\n" * 100)
+            say("still working\n" * 2000)
             time.sleep(3600)
+        elif name == "flood":
+            while True:
+                say('{"id":"x"}\n' * 1000)
+        elif name == "blank lines":
+            text = f"\n{text}\n\n"
+        elif name == "does not end":
+            subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+            say(text + "\n")
+            sys.exit(0)
+        elif name == "ends later":
+            say(text + "\n")
+            os.close(0)
+            os.close(1)
+            time.sleep(0.5)
+            os._exit(0)
+
         say(text + "\n")
 
 
@@ -107,7 +124,7 @@ CHANGES = {
     "infinity": lambda found: found | {"objective": float("inf")},
     "numbers as words": lambda found: found | {"w": [str(x) for x in found["w"]]},
     "nested": lambda found: found | {"w": [found["w"]]},
-    "unknown key": lambda found: found | {"residual": 1e-9},
+    "keys beyond": lambda found: found | {"iterations": 17, "error": None, "trace": None},
     "error for everything": lambda found: {"id": found["id"], "error": "not today"},
     "error without a reason": lambda found: {"id": found["id"], "error": ""},
     "answer and error": lambda found: found | {"error": "inaccurate"},

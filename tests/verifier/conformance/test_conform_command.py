@@ -19,7 +19,7 @@ def test_a_sound_solver_ends_with_0_and_files(tmp_path: Path):
     done = ran(*LIBRARY, "--filter", "random-*", "--out", str(tmp_path / "new"), "--max-examples", "30")
     assert done.exit_code == 0, done.output
     assert "reaches L3" in done.output
-    assert "search: 3" in done.output
+    assert "search: 58 requests" in done.output
     record = json.loads((tmp_path / "new" / "report.json").read_text())
     assert record["search"]["found"] == []
     assert {each.name for each in (tmp_path / "new").iterdir()} == {"report.html", "report.json", "junit.xml"}
@@ -51,6 +51,9 @@ def test_a_faulty_solver_ends_with_1_unless_that_is_known(tmp_path: Path):
         ((*LIBRARY, "--profile", "float16"), "must be one of float64, float32"),
         ((*LIBRARY, "--filter", "no-such-id"), "must match an id"),
         (("--module", "solver.py"), "package.module:function"),
+        (("--module", "nosuch:solve"), "No module named 'nosuch'"),
+        ((*LIBRARY, "--timeout", "inf"), "must be seconds"),
+        ((*LIBRARY, "--out", "taken"), "no ordinary file"),
         (("--command", "no-such-program-here"), "can be started"),
         (("--results", "."), "*.json"),
         ((*LIBRARY, "--known", "no-such-file"), "readable text file"),
@@ -63,6 +66,7 @@ def test_misuse_ends_with_2(
     words: tuple[str, ...], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken" / "report.json").mkdir(parents=True)
     done = ran(*words)
     assert done.exit_code == 2, done.output
     assert told in " ".join(done.output.replace("│", " ").split()), done.output

@@ -14,7 +14,7 @@ from convexperc import Problem
 from convexperc.errors import FileFormatError, InputError
 from verification.conformance import outputs
 from verification.conformance.asserting import assert_conforms
-from verification.conformance.doors import Function
+from verification.conformance.doors import Function, Module
 from verification.conformance.judge import Level
 from verification.conformance.profiles import FLOAT32, FLOAT64
 from verification.conformance.request import Request
@@ -156,3 +156,45 @@ def test_a_search_that_finds_a_crash_goes_on():
     assert [each.level for each in found.found] == ["L0"]
     assert json.loads(found.found[0].line)["n"] == 3
     assert "more than two robots" in found.found[0].detail
+
+
+CRASHES = """
+import os
+from verification.conformance.adapters import library
+def always(X, o, modalities, **weights):
+    os.abort()
+def large(X, o, modalities, **weights):
+    if X.shape[0] > 1:
+        os.abort()
+    return library(X, o, modalities, **weights)
+"""
+
+
+def test_the_search_shrinks_a_crash_to_a_request_that_crashes(tmp_path: Path):
+    (tmp_path / "mine.py").write_text(CRASHES)
+    found = search(Module("mine:large", folder=tmp_path), FLOAT64, 60)
+    (crash,) = found.found
+    assert json.loads(crash.line)["n"] == 2
+    assert "asked again" not in crash.detail
+    assert not found.broken
+
+
+def test_the_search_takes_no_request_for_failed_that_was_not_asked(tmp_path: Path):
+    (tmp_path / "mine.py").write_text(CRASHES)
+    found = search(Module("mine:always", folder=tmp_path), FLOAT64, 60)
+    (crash,) = found.found
+    assert "SIGABRT" in crash.detail
+    assert crash.failures < found.asked
+
+
+def test_a_failure_that_does_not_come_again_is_told():
+    asked = 0
+
+    def flaky(X: Any, o: Any, modalities: Any, **weights: float) -> Any:
+        nonlocal asked
+        asked += 1
+        return (half if asked == 9 else library)(X, o, modalities, **weights)
+
+    found = search(Function(flaky), FLOAT64, 60)
+    assert found.found
+    assert all(each.detail.endswith("it did not fail when asked again") for each in found.found), found
