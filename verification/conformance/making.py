@@ -7,7 +7,7 @@ dual point.
 
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -93,7 +93,7 @@ def problem_entry(name: str, problem: Problem, flags: list[str], comment: str) -
     float32 alone, the problem is asked of float64 alone.
     """
     proof = _proof(problem)
-    types = [profile.name for profile in PROFILES.values() if _is_attainable(problem, proof, profile)]
+    types = [profile.name for profile in PROFILES.values() if is_attainable(problem, proof, profile)]
     if FLOAT64.name not in types:
         return None
     views, modalities = zeros(problem, proof)
@@ -107,7 +107,8 @@ def problem_entry(name: str, problem: Problem, flags: list[str], comment: str) -
     }
 
 
-def _is_attainable(problem: Problem, proof: dict[str, Any], profile: Profile) -> bool:
+def is_attainable(problem: Problem, proof: dict[str, Any], profile: Profile) -> bool:
+    """Whether the point of a proof, rounded to the profile's type of number, is optimal; see `attainable`."""
     lower, upper = (Fraction(float.fromhex(proof["claim"][end])) for end in ("lower", "upper"))
     w, u = (np.array([float(_exact(x)) for x in proof["primal"][key]]) for key in "wu")
     return attainable(Vector(Request("made", problem), lower, upper), w, u, profile)
@@ -286,11 +287,11 @@ Objects = dict[str, Any]
 def _set_entry(index: int) -> dict[str, Any]:
     """A recognition set whose label, or tie, is proved with a margin."""
     if index < REAL:
-        found = _set_of(f"recognition-{index:02}", *_photographed(index))
+        found = _set_of(f"set-{index:02}", *_photographed(index))
         if found is not None:
             return found
     for attempt in range(ATTEMPTS):
-        found = _set_of(f"recognition-{index:02}", *_drawn(index, attempt))
+        found = _set_of(f"set-{index:02}", *_drawn(index, attempt))
         if found is not None:
             return found
     raise SolverError(
@@ -331,14 +332,10 @@ def _set_of(
         {key: Fraction(float.fromhex(proof["claim"][end])) for key, proof in found.items()}
         for end in ("lower", "upper")
     )
-    best = min(upper, key=lambda key: upper[key])
-    labels = [key for key, o in objects.items() if np.array_equal(o, objects[best])]
-    others = [lower[key] for key in objects if key not in labels]
-    if not others or upper[best] <= 0:
-        return None
-    margin = (min(others) - upper[best]) / upper[best]
+    labels, margin = ranked(objects, lower, upper)
     if margin <= MARGIN:
         return None
+    best = labels[0]
     shared = {key: value for key, value in found[best]["problem"].items() if key != "o"}
     own = ("schema", "sha256", "claim", "primal", "dual")
     templates = [
@@ -350,10 +347,30 @@ def _set_of(
         "comment": comment,
         "flags": ["tie"] if len(labels) > 1 else [],
         "labels": labels,
-        "margin": math.nextafter(float(margin), 0.0).hex(),
+        "margin": rounded_down(margin).hex(),
         "views": shared,
         "templates": templates,
     }
+
+
+def ranked(
+    objects: Objects, lower: Mapping[str, Fraction], upper: Mapping[str, Fraction]
+) -> tuple[list[str], Fraction]:
+    """The templates of the lowest optimum, and how far the others are above it, as a share of it.
+
+    The share is 0 where it is unknown: where there is no other, or the lowest may be 0.
+    """
+    best = min(upper, key=lambda key: upper[key])
+    labels = [key for key, o in objects.items() if np.array_equal(o, objects[best])]
+    others = [lower[key] for key in objects if key not in labels]
+    if not others or upper[best] <= 0:
+        return labels, Fraction(0)
+    return labels, (min(others) - upper[best]) / upper[best]
+
+
+def rounded_down(margin: Fraction) -> float:
+    """The margin as it is stored, a little lower."""
+    return math.nextafter(float(margin), 0.0)
 
 
 def _lines(record: dict[str, Any]) -> bytes:

@@ -5,6 +5,8 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from convexperc.errors import FileFormatError
+from convexperc.files import NoFloat, parse_json
 from verification.conformance.request import LAMBDAS
 
 GOOD = {
@@ -105,3 +107,35 @@ def _without(key: str) -> Callable[[str], str]:
 
 def _changed(change: dict[str, Any]) -> Callable[[str], str]:
     return lambda name: json.dumps(_request(name, **change))
+
+
+def fault_of(line: str) -> str | None:
+    """What is wrong with a request, as a key of `vectors.FAULTS`; None where nothing is."""
+    try:
+        data = parse_json(line, "request")
+    except FileFormatError:
+        return "syntax"
+    if not isinstance(data, dict):
+        return "syntax"
+    if not {"id", *GOOD} <= set(data):
+        return "missing"
+    return next(_faults(data), None)
+
+
+def _faults(data: dict[str, Any]) -> Iterator[str]:
+    X, o, sizes = data["X"], data["o"], data["modalities"]
+    lists = all(isinstance(each, list) for each in (X, o, sizes)) and all(isinstance(row, list) for row in X)
+    rows = X if lists else []
+    numbers = [*(x for row in rows for x in row), *(o if lists else []), *(data[name] for name in LAMBDAS)]
+    if any(isinstance(x, NoFloat) for x in numbers):
+        yield "not finite"
+    if not lists or any(type(x) not in {int, float} for x in numbers):
+        yield "type"
+    elif {len(row) for row in rows} != {len(o)} or not o:
+        yield "shape"
+    elif (data["n"], data["d"]) != (len(rows), len(o)):
+        yield "size"
+    elif not all(type(size) is int and size > 0 for size in sizes) or sum(sizes) != len(o):
+        yield "modalities"
+    elif min(data[name] for name in LAMBDAS) < 0:
+        yield "negative"

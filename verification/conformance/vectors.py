@@ -4,6 +4,7 @@
 ``vectors/vectors.schema.json`` says how they are written. `verification.conformance.making` makes them.
 """
 
+import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
@@ -15,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from convexperc.errors import FileFormatError
 from convexperc.problem.problem import Problem
 from verification.conformance.request import LAMBDAS, Request
 from verification.exact.numbers import rationals, squares
@@ -23,7 +25,14 @@ SCHEMA = "convexperc/conformance/1"
 VERSION = "1.0.0"
 """Of the set of vectors: a change of any of them changes it."""
 
-NAMES = ("problems", "recognition", "malformed")
+DIGESTS = {
+    "problems": "e7b3059ab5fd4d0f24221e9952ce654a679f816fcb9effc26550f71366840506",
+    "recognition": "a701887674dd38d3928e52e2cac1a510e87add5ade43616ceddaaaac62d98208",
+    "malformed": "ba7722e6550b29ea3e9a152b116cd9c02faef2aeed494e0ceb66788546853459",
+}
+"""SHA-256 of each file: that of what `verification.conformance.making` writes."""
+
+NAMES = tuple(DIGESTS)
 ROUNDING = 1e-12
 """Of a product of n + d terms in float64, by far: what a slack is lowered by."""
 
@@ -189,11 +198,23 @@ class Vectors:
 
 @cache
 def all_vectors() -> Vectors:
-    """The vectors that come with the package."""
-    return read({name: json.loads(_place(name).read_text("utf-8")) for name in NAMES})
+    """The vectors that come with the package.
+
+    Raises
+    ------
+    FileFormatError
+        One of the files is damaged.
+    """
+    texts = {name: place(name).read_bytes() for name in NAMES}
+    for name, text in texts.items():
+        if (found := hashlib.sha256(text).hexdigest()) != DIGESTS[name]:
+            must, remedy = f"must have the SHA-256 {DIGESTS[name]}", "Install the package again."
+            raise FileFormatError(f"vectors/{name}.json", value=found, must=must, remedy=remedy)
+    return read({name: json.loads(text) for name, text in texts.items()})
 
 
-def _place(name: str) -> Any:
+def place(name: str) -> Any:
+    """Where a file of the vectors is."""
     return files(__package__) / "vectors" / f"{name}.json"
 
 

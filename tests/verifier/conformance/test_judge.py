@@ -21,7 +21,7 @@ def reports(solver: Callable[..., Any], *only: str, **selection: Any) -> list[Re
 @pytest.mark.parametrize("name", NUMERIC)
 def test_a_fault_is_caught_at_its_level(name: str):
     level, solver = NUMERIC[name]
-    found = reports(solver, "random-0[1357]", "recognition-2[01]", "malformed", "sensitive-*")
+    found = reports(solver, "random-0[1357]", "set-2[01]", "malformed", "sensitive-*")
     failed = {each.level for report in found for each in report.failed}
     assert failed, name
     assert min(failed) == level, (name, failed, [report.failed[:2] for report in found])
@@ -32,10 +32,8 @@ def test_a_label_is_judged_by_what_the_solver_says_its_optimum_is():
         found = library(X, o, modalities, **weights)
         return found | {"objective": 1.0 / (1.0 + found["objective"])}
 
-    failed = reports(reversed_, "recognition-2[0-3]")[0].failed
-    assert {each.id for each in failed if each.level is Level.L3} == {
-        f"recognition-2{k}" for k in range(4)
-    }, failed
+    failed = reports(reversed_, "set-2[0-3]")[0].failed
+    assert {each.id for each in failed if each.level is Level.L3} == {f"set-2{k}" for k in range(4)}, failed
     assert "proved is" in failed[-1].detail
 
 

@@ -105,12 +105,7 @@ PLANTED: tuple[tuple[str, Build, Mapping[str, Any], str], ...] = (
     ("the paper's sign", views("1/(2*r)"), ROW, "descends"),
     ("the paper's factor of w", views("1/(4*abs(r))"), ROW, "descends"),
     ("the paper's factor of u", views("1/(2*abs(r))", "1/(4*r)"), ROW, "descends"),
-    (
-        "the paper's factor, both from the last iterate",
-        views("1/(4*abs(r))", "1/(4*r)", "jacobi"),
-        ROW,
-        "descends",
-    ),
+    ("the paper's factor, both from the last iterate", views("1/(4*abs(r))", "1/(4*r)", "jacobi"), ROW, "descends"),
     ("the mean in place of the median", mean, LINE, "descends"),
     ("weights that are never computed anew", stale, LINE, "descends"),
     ("squared distances in the weights of a median", median("1/r**2"), LINE, "descends"),
@@ -179,17 +174,12 @@ def test_the_geometric_median_is_judged_as_its_history_says() -> None:
 def test_three_blocks_from_the_last_iterate_rise_and_in_turn_they_do_not() -> None:
     def build(y: int, order: str) -> Loop:
         parts = [variable(name, 1) for name in "abc"]
-        F = squares(parts[0] + parts[1] + parts[2] - [y]) + sum(
-            (norm1(part) for part in parts), Objective(())
-        )
+        F = squares(parts[0] + parts[1] + parts[2] - [y]) + sum((norm1(part) for part in parts), Objective(()))
         return Loop(F, [["a"], ["b"], ["c"]], order)
 
     y = st.integers(1, 9)
     assert judge_loop(build, questions=("descends",), y=y, order=st.just("jacobi"))["descends"].accuses
-    assert (
-        judge_loop(build, questions=("descends",), y=y, order=st.just("gauss_seidel"))["descends"].word
-        is Word.YES
-    )
+    assert judge_loop(build, questions=("descends",), y=y, order=st.just("gauss_seidel"))["descends"].word is Word.YES
 
 
 def test_a_loop_is_built_or_refused() -> None:
