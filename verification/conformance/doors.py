@@ -450,10 +450,29 @@ class Results:
 
 
 def _answers(file: Path) -> list[bytes]:
-    """The answers of a file: its lines, or the whole file where that is one JSON object."""
-    content = file.read_bytes()
+    """The answers of a file: its lines, or the whole file where that is one JSON object.
+
+    Raises
+    ------
+    InputError
+        It is no ordinary file that can be read, or one JSON list.
+    """
+    remedy = "Remove or rename it."
+    if not file.is_file():
+        what = "a link that leads nowhere" if not file.exists() else "no ordinary file"
+        raise InputError(f"results: {file}", value=what, must="must be a file of answers", remedy=remedy)
     try:
-        parse_json(content, file.name)
+        content = file.read_bytes()
+    except OSError as problem:
+        must = "must be a file that can be read"
+        raise InputError(f"results: {file}", value=problem.strerror, must=must, remedy=remedy) from None
+    try:
+        whole = parse_json(content, file.name)
     except InputError:
         return [line for line in content.splitlines() if line.strip()]
+    if isinstance(whole, list):
+        remedy = "Write each answer on a line of its own, without brackets and commas around it."
+        raise InputError(
+            f"results: {file}", value="a list", must="must have one answer a line", remedy=remedy
+        )
     return [content]

@@ -26,7 +26,7 @@ def table(report: Report) -> Group:
     for level in Level:
         counts = report.counts(level)
         grid.add_row(level, WORDS[level], *(str(counts[word]) for word in COUNTED))
-    lines = [Text(escaped(f"{each.id} {each.level}: {each.detail}")) for each in smallest(report)]
+    lines = [Text(escaped(line)) for each in smallest(report) for line in told_lines(each, report)]
     if report.digits:
         least, middle = min(report.digits), statistics.median(report.digits)
         lines.append(Text(f"digits to which F(w, u) agrees with F*: least {least:.1f}, median {middle:.1f}"))
@@ -35,6 +35,12 @@ def table(report: Report) -> Group:
     )
     lines += [Text(escaped(f"known failure that did not fail: {each}")) for each in report.stale]
     return Group(grid, *lines, Text(escaped(report.statement)))
+
+
+def told_lines(finding: Finding, report: Report) -> list[str]:
+    """A failure and, where there is one, what was answered and what is better."""
+    explained = report.explained.get(finding.id)
+    return [f"{finding.id} {finding.level}: {finding.detail}", *(explained.lines if explained else ())]
 
 
 def smallest(report: Report) -> list[Finding]:
@@ -53,7 +59,7 @@ def searched_lines(searched: Searched) -> list[str]:
         lines.append(
             f"{each.level} fails on {each.failures}, the smallest of family {each.family}: {each.detail}"
         )
-        lines.append(each.line)
+        lines += [*(each.explained.lines if each.explained else ()), each.line]
     return lines + [f"the kit itself failed: {each}" for each in searched.broken]
 
 
@@ -77,6 +83,11 @@ def as_json(report: Report, searched: Searched | None) -> dict[str, Any]:
         "requests": {
             each.id: report.requests[each.id] for each in report.failed if each.id in report.requests
         },
+        "explained": {
+            each.id: report.explained[each.id].as_json()
+            for each in smallest(report)
+            if each.id in report.explained
+        },
         "search": None if searched is None else _searched(searched),
     }
 
@@ -92,8 +103,9 @@ def _searched(searched: Searched) -> dict[str, Any]:
             "failures": each.failures,
             "family": each.family,
             "detail": printable(each.detail),
+            "request": each.line,
+            "explained": each.explained.as_json() if each.explained else None,
         }
-        | {"request": each.line}
         for each in searched.found
     ]
     return {

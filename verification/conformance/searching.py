@@ -9,7 +9,9 @@ from itertools import count
 from convexperc.problem.problem import Problem
 from convexperc.solution.single import solve
 from verification.checks.interface import Check, Observation
+from verification.conformance.answers import Answer
 from verification.conformance.doors import Door, NotAskedError
+from verification.conformance.explaining import Explanation, explain
 from verification.conformance.judge import Finding, Level, attainable, judge
 from verification.conformance.profiles import Profile
 from verification.conformance.request import Request, in_float32
@@ -43,6 +45,8 @@ class Found:
     detail : str
     line : str
         The request, to be pasted into a bug report.
+    explained : Explanation or None
+        Of the answer, where there is one.
     """
 
     level: Level
@@ -50,6 +54,7 @@ class Found:
     family: str
     detail: str
     line: str
+    explained: Explanation | None = None
 
 
 @dataclass(frozen=True)
@@ -123,7 +128,8 @@ class _Asking:
         self.door, self.profile, self.numbers = door, profile, count(1)
 
     def __call__(self, problem: Problem, source: Source) -> Iterable[Observation]:
-        for finding in self._findings(problem):
+        _, judged = self._answered(problem)
+        for finding in judged:
             if finding.level is Level.L3:
                 continue
             digits = finding.digits if finding.digits is not None else 16.0
@@ -135,13 +141,14 @@ class _Asking:
         failures = sum(
             tally.outcomes[Outcome.FAILED] for (name, _), tally in result.tallies.items() if name == level
         )
-        again = any((each.level, each.outcome) == (level, Outcome.FAILED) for each in self._findings(problem))
+        explained, judged = self._answered(problem)
+        again = any((each.level, each.outcome) == (level, Outcome.FAILED) for each in judged)
         detail = case.detail if again else f"{case.detail}; it did not fail when asked again"
         line = Request("found", _asked(problem, self.profile) or problem).line
-        return Found(level, failures, family, detail, line)
+        return Found(level, failures, family, detail, line, explained if again else None)
 
-    def _findings(self, problem: Problem) -> tuple[Finding, ...]:
-        """What the answer to one problem is worth; nothing where it is not asked."""
+    def _answered(self, problem: Problem) -> tuple[Explanation | None, tuple[Finding, ...]]:
+        """What is answered and what that is worth; nothing where the problem is not asked."""
         asked = _asked(problem, self.profile)
         proof = (
             None
@@ -149,13 +156,16 @@ class _Asking:
             else solve(asked, relative_tolerance=NARROW[0], absolute_tolerance=NARROW[1])
         )
         if asked is None or proof is None or not math.isfinite(proof.certificate.upper):
-            return ()
+            return None, ()
         bounds = Fraction(proof.certificate.lower), Fraction(proof.certificate.upper)
         case = Vector(Request(f"search-{next(self.numbers)}", asked), *bounds)
         if not attainable(case, proof.w, proof.u, self.profile):
-            return ()
+            return None, ()
         try:
             reply = self.door.ask(case.request)
         except NotAskedError:
-            return ()
-        return judge(case, reply, self.profile).findings
+            return None, ()
+        answer, judged = reply.answer, judge(case, reply, self.profile).findings
+        better = proof.w, proof.u
+        explained = explain(asked, answer.w, answer.u, better) if isinstance(answer, Answer) else None
+        return explained, judged

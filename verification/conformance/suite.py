@@ -13,6 +13,7 @@ from convexperc.errors import FileFormatError, InputError
 from convexperc.files import given_path
 from verification.conformance.answers import Answer, told
 from verification.conformance.doors import Door, NotAskedError
+from verification.conformance.explaining import Explanation, explain
 from verification.conformance.judge import (
     NOT_ASKED,
     Finding,
@@ -90,6 +91,8 @@ class Report:
         Why the rest was not asked; empty where all were.
     ignored : tuple of str
         Keys of answers that nobody reads.
+    explained : mapping of str to Explanation
+        Of the answers that fail L1, L2 or L3.
     """
 
     solver: str
@@ -103,6 +106,7 @@ class Report:
     seconds: tuple[float, ...] = ()
     given_up: str = ""
     ignored: tuple[str, ...] = ()
+    explained: Mapping[str, Explanation] = field(default_factory=dict)
 
     def counts(self, level: Level) -> Counter[str]:
         """How many requests held, failed, failed as known, stayed undecided or were skipped at a level."""
@@ -221,6 +225,7 @@ def run(
     return Report(
         door.name, all_of.version, selection, tuple(asking.findings), known, stale, asking.requests,
         asking.sizes, tuple(asking.seconds), asking.given_up, tuple(sorted(asking.ignored)),
+        asking.explained,
     )  # fmt: skip
 
 
@@ -266,6 +271,7 @@ class _Run:
     sizes: dict[str, int] = field(default_factory=dict)
     seconds: list[float] = field(default_factory=list)
     ignored: set[str] = field(default_factory=set)
+    explained: dict[str, Explanation] = field(default_factory=dict)
     given_up: str = ""
 
     def take(self, each: Vector | RecognitionSet | Malformed) -> None:
@@ -303,6 +309,10 @@ class _Run:
         self.seconds.append(reply.seconds)
         if isinstance(reply.answer, Answer):
             self.ignored.update(reply.answer.ignored)
+            if {Level.L1, Level.L2, Level.L3} & {each.level for each in judged.failed}:
+                self.explained[case.id] = explain(
+                    case.request.problem, reply.answer.w, reply.answer.u, case.primal
+                )
         return judged.value
 
     def late(self, faults: list[str]) -> None:

@@ -64,6 +64,8 @@ class Vector:
         w*_j = 0 and u*^i = 0 are proved of every optimum.
     dual : (float64 (d,), float64 (n,))
         (a, b) behind `lower`, rounded; empty where there are no zeros to bound.
+    primal : (float64 (n,), float64 (d,))
+        (w, u) behind `upper`, rounded; empty where it is not known.
     """
 
     request: Request
@@ -74,6 +76,7 @@ class Vector:
     zero_views: tuple[int, ...] = ()
     zero_modalities: tuple[int, ...] = ()
     dual: tuple[Any, Any] = ((), ())
+    primal: tuple[Any, Any] = ((), ())
 
     @property
     def id(self) -> str:
@@ -246,9 +249,10 @@ def _vector(entry: Mapping[str, Any], proof: Mapping[str, Any] | None = None) ->
     lower, upper = (Fraction(float.fromhex(proof["claim"][end])) for end in ("lower", "upper"))
     zeros = tuple(entry.get("zero_views", ())), tuple(entry.get("zero_modalities", ()))
     dual = _floats(proof["dual"]["a"]), _floats(proof["dual"]["b"])
+    primal = _floats(proof["primal"]["w"]), _floats(proof["primal"]["u"])
     request = Request(entry["id"], _problem(proof["problem"]))
     flags = frozenset(entry.get("flags", ()))
-    return Vector(request, lower, upper, entry.get("comment", ""), flags, *zeros, dual)
+    return Vector(request, lower, upper, entry.get("comment", ""), flags, *zeros, dual, primal)
 
 
 def _set(entry: Mapping[str, Any]) -> RecognitionSet:

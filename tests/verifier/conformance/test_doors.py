@@ -1,6 +1,7 @@
 """Whatever a program does to the protocol is told as its fault, in time; its answer is judged even so."""
 
 import json
+import os
 import sys
 import time
 from pathlib import Path
@@ -285,3 +286,22 @@ def test_results_are_read_from_a_folder(tmp_path: Path):
         "answers one-view-99, which there is not"
         in run(Results(tmp_path, all_vectors().ids), ONE).failed[0].detail
     )
+
+
+def test_what_is_no_file_of_answers_is_misuse(tmp_path: Path):
+    def folder(name: str) -> Path:
+        (tmp_path / name).mkdir()
+        return tmp_path / name
+
+    (folder("folder") / "x.json").mkdir()
+    (folder("link") / "x.json").symlink_to("nowhere")
+    os.mkfifo(folder("fifo") / "x.jsonl")
+    (folder("list") / "x.json").write_text('[{"id": "a", "w": [0], "u": [0]},\n{"id": "b"}]')
+    for name, told in (
+        ("folder", "no ordinary file"),
+        ("link", "leads nowhere"),
+        ("fifo", "no ordinary file"),
+        ("list", "must have one answer a line"),
+    ):
+        with pytest.raises(InputError, match=told):
+            Results(tmp_path / name, all_vectors().ids)

@@ -88,3 +88,12 @@ def test_what_a_solver_declines_is_no_pass():
     assert report.open
     assert "declined" in report.statement
     assert len(all_vectors().problems) >= 400
+
+
+def test_a_malformed_line_may_be_declined():
+    def declines(X: Any, o: Any, modalities: Any, **weights: float) -> Any:
+        raise NotImplementedError("nothing")
+
+    report = run(Function(declines), Selection(only="malformed"))
+    assert not report.failed
+    assert report.declined

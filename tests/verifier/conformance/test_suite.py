@@ -1,18 +1,20 @@
 """Which vectors are asked, known failures, what is written, and the search beyond the vectors."""
 
 import json
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from faulty_solvers import asked_otherwise, changed, library
+from faulty_solvers import asked_otherwise, changed, library, traced
 from markupsafe import escape
 
 from convexperc import Problem
 from convexperc.errors import FileFormatError, InputError
-from verification.conformance import outputs
+from verification.conformance import outputs, suite
 from verification.conformance.asserting import assert_conforms
 from verification.conformance.doors import Function, Module
 from verification.conformance.judge import Level
@@ -21,6 +23,7 @@ from verification.conformance.request import Request
 from verification.conformance.searching import search
 from verification.conformance.suite import Selection, lines, read_known, run
 from verification.conformance.vectors import all_vectors
+from verification.exact.formulation import objective
 
 half = asked_otherwise(lambda2=0.5)
 
@@ -59,6 +62,7 @@ def test_the_lines_are_those_that_are_asked():
 
 def test_known_failures_are_told_apart(tmp_path: Path):
     first = run(Function(half), Selection(only="random-0*"))
+    ids = {each.id for each in first.failed}
     known = tmp_path / "known"
     known.write_text(
         "# the lambdas are not mine\n"
@@ -68,11 +72,17 @@ def test_known_failures_are_told_apart(tmp_path: Path):
     again = run(Function(half), Selection(only="random-0*"), known=read_known(known))
     assert again.failed == first.failed != ()
     assert not again.unexpected
+    assert again.statement.endswith(f"{len(first.failed)} failures on {len(ids)} requests, all known.")
     assert again.stale == ("random-00 L0",)
     assert again.reached == Level.L0
     known.write_text("random-00 L7\n")
     with pytest.raises(FileFormatError, match="must be an id and a level"):
         read_known(known)
+    known.write_text("random-00 L1\nrandom-00 L1\n")
+    with pytest.raises(FileFormatError, match="must be given once"):
+        read_known(known)
+    known.write_text("\ufeffrandom-00 L1\n", "utf-8")
+    assert read_known(known) == {("random-00", Level.L1): ""}
     known.write_text("random-77 L1\n")
     with pytest.raises(InputError, match="must name ids of the vectors"):
         run(Function(half), Selection(only="random-0*"), known=read_known(known))
@@ -110,10 +120,63 @@ def test_a_test_of_ones_own_in_two_lines():
     with pytest.raises(AssertionError, match=r"reaches L0.*\n.*random-\d\d L1: F\(w, u\) is"):
         assert_conforms(half, only="random-*")
     assert_conforms(half, only="random-*", level="L0")
-    with pytest.raises(AssertionError, match="Nothing was answered"):
+    with pytest.raises(AssertionError, match="12 declined, which declined= may allow: random-00"):
         assert_conforms(declines, only="random-*")
+    with pytest.raises(AssertionError, match="Nothing was answered"):
+        assert_conforms(declines, only="random-*", declined=True)
     with pytest.raises(InputError, match="level"):
         assert_conforms(library, level="L9")
+    with pytest.raises(InputError, match="a list of words in assert_conforms"):
+        assert_conforms("./solver", only="random-*")
+
+
+def test_a_test_of_ones_own_acquits_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def small(X: Any, o: Any, modalities: Any, **weights: float) -> Any:
+        if X.size > 4:
+            raise NotImplementedError("small ones only")
+        return library(X, o, modalities, **weights)
+
+    with pytest.raises(AssertionError, match="declined"):
+        assert_conforms(small, only="random-*", declined=["one-view-*"])
+    assert assert_conforms(small, only="random-*", declined=["random-*"]).declined
+    known = tmp_path / "known"
+    known.write_text("random-00 L2 # old\n")
+    with pytest.raises(AssertionError, match="Nothing was answered"):
+        assert_conforms(declines, only="random-*", declined=True, known=known)
+    with pytest.raises(AssertionError, match="Nothing was answered"):
+        assert_conforms(declines, declined=True)
+    with pytest.raises(AssertionError, match="not all were asked"):
+        assert_conforms([sys.executable, "-c", ""], only="random-*", known=known)
+
+    def ends(X: Any, o: Any, modalities: Any, **weights: float) -> Any:
+        sys.exit(0)
+
+    with pytest.raises(AssertionError, match="SystemExit"):
+        assert_conforms(ends, only="random-00")
+    loose = [replace(each, lower=each.lower / 2) for each in all_vectors().problems if each.id == "random-01"]
+    monkeypatch.setattr(suite, "_selected", lambda *of: (loose, [], []))
+    with pytest.raises(AssertionError, match="undecided: random-01 L1; random-01 L2"):
+        assert_conforms(library)
+
+
+def test_a_failure_shows_the_answer_and_a_better_one():
+    report = run(Function(half), Selection(only="random-0*"))
+    first = outputs.smallest(report)[0]
+    explained = report.explained[first.id]
+    assert sum(explained.answered.terms) > sum(explained.better.terms)
+    record, page = outputs.as_json(report, None), outputs.page(report, None).decode()
+    assert record["explained"][first.id]["answered"]["w"] == explained.answered.w.tolist()
+    assert str(escape(explained.lines[1])) in page
+    case = next(each for each in all_vectors().problems if each.id == first.id)
+    for point in (explained.answered, explained.better):
+        exact = objective(case.request.problem, point.w, point.u).upper
+        assert sum(point.terms) == pytest.approx(float(exact), rel=1e-12)
+    assert "F = " in explained.lines[0]
+
+
+def test_a_trace_of_one_value_shows_nothing():
+    report = run(Function(traced(lambda F: [F])), Selection(only="random-00"))
+    assert report.counts("L4") == {"skipped": 1}
 
 
 def declines(X: Any, o: Any, modalities: Any, **weights: float) -> Any:
