@@ -26,7 +26,11 @@ def table(report: Report) -> Group:
     for level in Level:
         counts = report.counts(level)
         grid.add_row(level, WORDS[level], *(str(counts[word]) for word in COUNTED))
-    lines = [Text(escaped(line)) for each in smallest(report) for line in told_lines(each, report)]
+    shown, lines = set(), []
+    for each in smallest(report):
+        told = told_lines(each, report)
+        lines += [Text(escaped(line)) for line in (told[:1] if each.id in shown else told)]
+        shown.add(each.id)
     if report.digits:
         least, middle = min(report.digits), statistics.median(report.digits)
         lines.append(Text(f"digits to which F(w, u) agrees with F*: least {least:.1f}, median {middle:.1f}"))
