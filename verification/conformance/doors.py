@@ -104,6 +104,9 @@ class Door(Protocol):
     def ask_malformed(self, id: str, line: str) -> tuple[dict[str, Any] | None, list[str]]:  # noqa: A002
         """Send a line that is no valid request; return the object that came back, and faults."""
 
+    def earlier(self) -> list[str]:
+        """Faults that the last request showed, but that belong to the one before it."""
+
     def close(self) -> list[str]:
         """End; return the faults that were seen only then, such as a second answer to the last request."""
 
@@ -156,6 +159,7 @@ class Command:
         self._process: Process | None = None
         self._answered, self._asked = False, ""
         self._ever, self._fruitless = False, 0
+        self._earlier: list[str] = []
 
     def ask(self, request: Request) -> Reply:
         """Ask; see `Door`."""
@@ -171,6 +175,11 @@ class Command:
         """Send a malformed line; see `Door`. The answer may have the id null where the line hides its id."""
         faults: list[str] = []
         return self._answer(id, line, LONGEST, faults, anonymous=True), faults
+
+    def earlier(self) -> list[str]:
+        """A second answer, other text after the answer, or a crash; see `Door`."""
+        found, self._earlier = self._earlier, []
+        return found
 
     def close(self) -> list[str]:
         """Close its input, read what it still writes, and end it."""
@@ -231,8 +240,11 @@ class Command:
                     given = data.get("id")
                     if given == id or (anonymous and given is None):
                         return data
-                    faults.append(_stranger(given, id, before))
                     repeated = bool(before) and given == before
+                    if repeated:
+                        self._earlier.append("answers a second time")
+                    else:
+                        faults.append(f"answers with the id {shown(given)}, asked was {shown(id)}")
                 except AnswerError as fault:
                     faults.append(str(fault))
                     repeated = False
@@ -246,6 +258,13 @@ class Command:
         return parsed(line)
 
     def _started(self) -> Process:
+        process = self._process
+        if process is not None and self._answered:
+            self._earlier += [f"after its answer: {shown(line)}" for line in process.waiting()]
+            if code := process.popen.poll():
+                self._earlier.append(f"ended with {_ending(code)} after its answer")
+                process.kill()
+                self._process = None
         if self._process is not None:
             return self._process
         if self._fruitless >= (PATIENT if self._ever else FRUITLESS):
@@ -280,8 +299,7 @@ class Command:
         said = process.last_words[-400:]
         words = f"{LAST_WORDS}{shown(said)}" if said else ""
         if code is not None:
-            how = f"signal {_signal(-code)}" if code < 0 else f"exit code {code}"
-            why = f"ended with {how} before it answered{words}"
+            why = f"ended with {_ending(code)} before it answered{words}"
         elif ready.closed:
             why = f"closed its output before it answered{words}"
         elif graced:
@@ -299,11 +317,9 @@ class Command:
         self._fruitless += 1
 
 
-def _stranger(given: Any, id: str, before: str) -> str:  # noqa: A002
-    """What an answer with another id is."""
-    if before and given == before:
-        return f"answers {shown(before)} a second time"
-    return f"answers with the id {shown(given)}, asked was {shown(id)}"
+def _ending(code: int) -> str:
+    """How a program ended."""
+    return f"signal {_signal(-code)}" if code < 0 else f"exit code {code}"
 
 
 def _signal(number: int) -> str:
@@ -376,6 +392,10 @@ class Function:
         data = call(self.solve, json.loads(line))
         return data, _changes(data)
 
+    def earlier(self) -> list[str]:
+        """Nothing; see `Door`."""
+        return []
+
     def close(self) -> list[str]:
         """Nothing is left over."""
         return []
@@ -442,6 +462,10 @@ class Results:
         found = self.found.get(id, [])
         faults = [] if len(found) == 1 else [f"{len(found)} answers"] if found else ["no answer"]
         return (found[0] if found else None), faults
+
+    def earlier(self) -> list[str]:
+        """Nothing; see `Door`."""
+        return []
 
     def close(self) -> list[str]:
         """What is no answer to any request."""

@@ -68,6 +68,15 @@ class Process:
         finally:
             found.selector.close()
 
+    def waiting(self) -> list[bytes]:
+        """The lines that it has written already and that are not blank, taken."""
+        with self.listening() as ready:
+            while len(self.out) < MOST_LEFT and ready(0.0):
+                pass
+        whole, end, rest = bytes(self.out).rpartition(b"\n")
+        self.out[:] = rest
+        return [line for line in whole.split(b"\n") if line.strip()] if end else []
+
     def finish(self) -> list[bytes]:
         """Close its input, read what it writes within `LINGER`, and end it; the lines that are not blank."""
         _close(self.popen.stdin)
@@ -120,7 +129,8 @@ class Listening:
 
         It counts as closed, too, once the program has ended and all that it wrote is read.
         """
-        while not self.closed and (left := deadline - time.monotonic()) > 0.0:
+        while not self.closed:
+            left = max(0.0, deadline - time.monotonic())
             ended = self.process.popen.poll() is not None
             read = False
             for key, _ in self.selector.select(0.0 if ended else min(left, TICK)):
@@ -131,6 +141,8 @@ class Listening:
             if read:
                 return True
             self.closed |= ended
+            if not left:
+                break
         return False
 
     @property

@@ -165,6 +165,7 @@ class _Asking:
             reply = self.door.ask(case.request)
         except NotAskedError:
             return None, ()
+        self.door.earlier()  # no failure of this request; the vectors tell such a fault
         answer, judged = reply.answer, judge(case, reply, self.profile).findings
         better = proof.w, proof.u
         explained = explain(asked, answer.w, answer.u, better) if isinstance(answer, Answer) else None

@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from fractions import Fraction
 from pathlib import Path
@@ -296,6 +296,17 @@ class _Run:
         except NotAskedError as why:
             self.given_up = str(why)
             return None
+        finally:
+            self._blame(self.door.earlier())
+
+    def _blame(self, faults: list[str]) -> None:
+        """Faults of the request before: it fails L0, whatever was found there."""
+        if not (faults and self.findings):
+            return
+        k = max(k for k, each in enumerate(self.findings) if each.level is Level.L0)
+        before = self.findings[k]
+        why = [before.detail] if before.outcome is Outcome.FAILED else []
+        self.findings[k] = replace(before, outcome=Outcome.FAILED, detail=told([*why, *faults]))
 
     def _problem(self, case: Vector) -> Fraction | None:
         self.requests[case.id] = case.request.line

@@ -70,6 +70,12 @@ def main(name: str, sound: str, *file: str) -> None:  # noqa: C901, PLR0912, PLR
             sys.exit(0)
         elif name == "ends before it answers":
             sys.exit(3)
+        elif name == "talks after it answers":
+            text += "\nbye"
+        elif name == "crashes after it answers":
+            say(text + "\n")
+            time.sleep(0.2)
+            os.abort()
         elif name == "answers twice":
             text = f"{text}\n{text}"
         elif name == "one answer late":

@@ -119,12 +119,23 @@ def test_malformed_requests_want_an_error(name: str, told: str, answers: Path):
     assert all(told in each.detail for each in report.failed), report.failed
 
 
-def test_an_answer_that_comes_twice_is_seen_with_the_next_request_or_at_the_end(answers: Path):
+def test_an_answer_that_comes_twice_is_a_fault_of_its_request_or_seen_at_the_end(answers: Path):
     first = run(program("answers twice", answers), ONE)
     assert [each.id for each in first.failed] == ["protocol"], first.failed
     both = run(program("answers twice", answers), TWO)
-    assert [each.id for each in both.failed] == ["protocol", "one-view-01"], both.failed
-    assert "a second time" in both.failed[1].detail
+    assert [each.id for each in both.failed] == ["protocol", "one-view-00"], both.failed
+    assert both.counts("L2")["held"] == 2
+
+
+def test_what_comes_after_an_answer_belongs_to_its_request(answers: Path):
+    for name, told in (("talks after it answers", "bye"), ("crashes after it answers", "SIGABRT")):
+        with program(name, answers) as door:
+            case, after = (lines(Selection(only=f"one-view-0{k}"))[0] for k in range(2))
+            assert door.ask_malformed("one-view-00", case)[1] == []
+            time.sleep(2.0)
+            assert door.ask_malformed("one-view-01", after)[1] == []
+            assert told in door.earlier()[0], name
+            assert door.earlier() == []
 
 
 @pytest.mark.parametrize(
