@@ -165,7 +165,7 @@ class Report:
     @property
     def statement(self) -> str:
         """What may be said of the solver, in one sentence."""
-        ids = {each.id for each in self.findings if each.level is Level.L0}
+        ids = {each.id for each in self.findings if each.level is Level.L0} - {PROTOCOL}
         lost = {each.id for each in self.findings if each.level is Level.L0 and each.detail == NOT_ASKED}
         reached = f"reaches {self.reached}" if self.reached else "reaches no level"
         left = f", of which it declined {len(self.declined)}" if self.declined else ""
