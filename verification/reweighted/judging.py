@@ -215,11 +215,9 @@ def _rests(question: str, where: str, found: Instance, point: Point, basis: str)
     return _against(question, said, basis, shown, found)
 
 
-def _against(
-    question: str, said: str, basis: str, shown: dict[str, str], found: Instance, *, fault: bool = True
-) -> Answer:
+def _against(question: str, said: str, basis: str, shown: dict[str, str], found: Instance) -> Answer:
     """A NO that an instance shows."""
-    return Answer(question, Word.NO, said, basis, shown, fault, found.as_json())
+    return Answer(question, Word.NO, said, basis, shown, True, found.as_json())
 
 
 def _never_held(question: str) -> Answer:
@@ -322,6 +320,9 @@ def _limit(search: Search, facts: Facts) -> Answer:
     if facts.smoothed and facts.convex and facts.smooth:
         said = f"A limit point minimises F with smoothed losses, each within {facts.smoothing} of its own."
         return Answer(question, Word.NO, said, "theorem, parts (b) and (c)")
+    if not facts.convex:
+        said = "A loss is not convex: what it tends to may be a minimum that is not the least."
+        return Answer(question, Word.UNDECIDED, said, "second derivatives")
     found = search.smallest(SHOWS[question], FEW)
     end = None if found is None else _end(found)
     if found is None or end is None:
@@ -330,7 +331,7 @@ def _limit(search: Search, facts: Facts) -> Answer:
     shown = found.shown() | found.compared(end)
     said = f"It ends at F = {shown['F there']}, {shown['point']}; F = {shown['F elsewhere']} elsewhere."
     basis = "float64 iterates; F at both points in balls"
-    return _against(question, said, basis, shown, found, fault=facts.convex)
+    return _against(question, said, basis, shown, found)
 
 
 def _rises(instance: Instance) -> bool:
