@@ -13,6 +13,7 @@ import numpy as np
 import sympy as sp
 from hypothesis import strategies as st
 
+from convexperc.errors import InputError
 from verification.reweighted.answers import Answer, Answers, Word
 from verification.reweighted.instances import (
     STEPS,

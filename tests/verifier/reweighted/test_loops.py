@@ -156,7 +156,7 @@ def test_affine_expressions_are_those_of_numpy() -> None:
 @pytest.mark.parametrize(
     ("wrong", "what"),
     [
-        (lambda: variable("x", 2) + [1, 2, 3], "shape"),
+        (lambda: variable("x", 2) + np.array([1, 2, 3]), "shape"),
         (lambda: variable("not a name", 2), "name"),
         (lambda: np.ones((2, 3)) @ variable("x", 2), "fit"),
         (lambda: -1 * norm(variable("x", 2)), ">= 0"),
