@@ -12,6 +12,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ SECONDS = 60.0
 """Time for one answer."""
 
 KEPT = 300
-"""Last characters of standard error that a failure shows."""
+"""Characters of what a program wrote that a failure shows."""
 
 
 class Command:
@@ -44,7 +45,7 @@ class Command:
         self.words = shlex.split(command) if isinstance(command, str) else list(command)
         if not self.words:
             raise InputError("command", value=command, must="must name a program")
-        self.seconds, self.__name__ = seconds, shlex.join(self.words)
+        self.seconds, self.__name__ = seconds, Path(self.words[0]).name
 
     def __call__(self, **data: Any) -> Any:
         """Ask for one answer.
@@ -66,8 +67,8 @@ class Command:
                 type(fault).__name__, f"must start, and answer within {self.seconds:g} s"
             ) from None
         if done.returncode:
-            words = done.stderr.decode("utf-8", "replace").strip()[-KEPT:]
-            raise self._failed(f"exit status {done.returncode}: {words}", "must end with status 0")
+            words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
+            raise self._failed(f"exit status {done.returncode}", f"must end with status 0, not {words}")
         return self._read(done.stdout.decode("utf-8", "replace"))
 
     def _read(self, text: str) -> Any:
@@ -84,7 +85,7 @@ class Command:
         return found["answer"]
 
     def _failed(self, value: str, must: str) -> SolverError:
-        return SolverError(f"the program {self.__name__}", value=value, must=must)
+        return SolverError(f"the program {self.__name__}", value=value, must=must[:KEPT])
 
 
 def module(target: str, seconds: float = SECONDS) -> Command:

@@ -41,6 +41,8 @@ ENOUGH = Fraction(1, 1 << 100)
 """Relative width of the optimum with which the search for better bounds ends."""
 PASSES = 6
 """Of the least squares that bring sum A'v to 0 before the exact step."""
+BALANCING = 4
+"""Passes over rows and columns that bring their largest entries near 1."""
 TOLERANCE = 1e-13
 """Asked of Clarabel; it need not reach it."""
 
@@ -289,27 +291,60 @@ class _Scaled:
 
     @classmethod
     def of(cls, given: System) -> "_Scaled":
-        largest = [max(abs(row[j]) for block in given.blocks for row in block.rows) for j in range(given.n)]
-        columns = [1 / _binade(a) for a in largest]
-        A = given.floats * _floats(columns)
-        size = _binade(max(map(abs, given.d)))
-        fit = np.linalg.lstsq(A, -_floats([b / size for b in given.d]), rcond=1e-12)[0]
-        center = [exact(x) * size * c for x, c in zip(fit, columns, strict=True)]
-        u = given.residuals(center)
+        rows, columns = _balance(given)
+        sized = [_resized(block, r, columns) for block, r in zip(given.blocks, rows, strict=True)]
+        system = System(sized)
+        size = _binade(max(map(abs, system.d)))
+        fit = np.linalg.lstsq(system.floats, -_floats([b / size for b in system.d]), rcond=1e-12)[0]
+        center = [exact(x) * size for x in fit]
+        u = system.residuals(center)
         unit = _binade(max(map(abs, u))) if any(u) else size
-        growths = [growth.times(unit, unit**2) for block in given.blocks for growth in block.growths]
-        slopes = [x for growth in growths for x in (growth.radius, growth.curve) if x]
+        slopes = [
+            x
+            for block in sized
+            for growth in block.growths
+            for x in (growth.times(unit, unit**2).radius, growth.times(unit, unit**2).curve)
+            if x
+        ]
         factor = _binade(max(slopes, default=fmpq(0)))
-        parts = []
-        for block, rows in zip(given.blocks, given.slices, strict=True):
-            scaled = [[a * c for a, c in zip(row, columns, strict=True)] for row in block.rows]
-            times = tuple(growth.times(unit / factor, unit**2 / factor) for growth in block.growths)
-            parts.append(Block(scaled, [x / unit for x in u[rows]], times))
-        return cls(System(parts), center, [unit * c for c in columns], factor)
+        parts = [
+            Block(
+                block.rows,
+                [x / unit for x in u[where]],
+                tuple(growth.times(unit / factor, unit**2 / factor) for growth in block.growths),
+            )
+            for block, where in zip(sized, system.slices, strict=True)
+        ]
+        moved = [x * c for x, c in zip(center, columns, strict=True)]
+        return cls(System(parts), moved, [unit * c for c in columns], factor)
 
     def point(self, z: Numbers) -> Numbers:
         """Z in the units of the data."""
         return [c + k * x for c, k, x in zip(self.center, self.units, z, strict=True)]
+
+
+def _balance(system: System) -> tuple[Numbers, Numbers]:
+    """A unit for each block's residuals and one for each variable: with them, entries of A are near 1."""
+    sizes = np.abs(system.floats)
+    largest = np.array([sizes[where].max(axis=0) for where in system.slices])
+    rows, columns = np.ones(len(largest)), np.ones(system.n)
+    for _ in range(BALANCING):
+        rows = rows * _powers((largest / np.outer(rows, columns)).max(axis=1))
+        columns = columns * _powers((largest / np.outer(rows, columns)).max(axis=0))
+    return [exact(r) for r in rows], [1 / exact(c) for c in columns]
+
+
+def _powers(values: Floats) -> Floats:
+    """The nearest powers of two; 1 for 0."""
+    found: Floats = np.exp2(np.round(np.log2(np.where(values > 0, values, 1.0))))
+    return found
+
+
+def _resized(block: Block, unit: Any, columns: Numbers) -> Block:
+    """With residuals in another unit, and variables in other units."""
+    rows = [[a * c / unit for a, c in zip(row, columns, strict=True)] for row in block.rows]
+    growths = tuple(growth.times(unit, unit**2) for growth in block.growths)
+    return Block(rows, [b / unit for b in block.offset], growths)
 
 
 def _suggested(system: System) -> tuple[Numbers, Numbers | None]:

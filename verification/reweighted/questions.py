@@ -12,8 +12,8 @@ import numpy as np
 Data = Mapping[str, Any]
 """Arguments of a program by name: arrays, numbers, texts."""
 
-POWERS = (1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7, 8, -8, 9, -9)
-"""Powers of ten by which data are multiplied, simplest first."""
+POWERS = (-9, 9, -6, 6, -3, 3, -8, 8, -7, 7, -5, 5, -4, 4, -2, 2, -1, 1)
+"""Powers of ten by which data are multiplied; inputs that are drawn are asked with the first of them."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Question:
     ----------
     name : str
     variants : tuple
-        Numbers of the ways to make it, simplest first.
+        Numbers of the ways to make it.
     derive : function of data and a variant
         The other input, or None where there is none.
     twice : bool
