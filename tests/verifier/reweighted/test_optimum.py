@@ -1,4 +1,4 @@
-"""Certified optima against what nobody here wrote: closed forms, sorting, linear programs, other certificates."""
+"""Certified optima against what nobody here wrote: closed forms, linear programs, other certificates."""
 
 from fractions import Fraction
 from itertools import product
