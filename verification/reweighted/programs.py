@@ -290,8 +290,8 @@ class _Trial:
             return Answer(question.name, Word.YES, said.strip(), basis)
         acquitted = self.asked - len(self.undecided)
         why = self.undecided[0] if self.undecided else "" if wrong else "The question applies to no input."
-        said = f"Within the tolerance on {acquitted} of {self.asked} inputs. {why} {wrong}"
-        return Answer(question.name, Word.UNDECIDED, said.strip(), BASIS)
+        said = [f"Within the tolerance on {acquitted} of {self.asked} inputs.", why, wrong]
+        return Answer(question.name, Word.UNDECIDED, " ".join(filter(None, said)), BASIS)
 
     def warnings(self) -> Answer:
         """What the program warned of."""
@@ -376,10 +376,10 @@ def _smallest(
 
 
 def _worst(trial: _Trial, question: Question, data: Data) -> _Case | None:
-    """Of all ways to ask, the one with the worst answer; None if none fails."""
-    cases = [trial.case(question, data, variant) for variant in question.variants]
+    """Of all ways to ask, the one with the worst answer, to one digit, and the simplest; None if none fails."""
+    cases = [trial.case(question, data, variant) for variant in sorted(question.variants, key=abs)]
     failing = [case for case in cases if case is not None and case.fails]
-    return max(failing, key=lambda case: (case.fault, case.ratio), default=None)
+    return max(failing, key=lambda case: (case.fault, float(f"{case.ratio - 1:.1g}")), default=None)
 
 
 def _drawn(trial: _Trial, question: Question, strategies: Mapping[str, Any], draws: int) -> _Case | None:

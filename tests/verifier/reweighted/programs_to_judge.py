@@ -120,7 +120,7 @@ def vardi_zhang(points, start=None):
     """The modified Weiszfeld step, until the relative change is below float64's."""
     scale = np.max(np.abs(points - np.mean(points, axis=0)))
     m = np.mean(points, axis=0) if start is None else start
-    for _ in range(3000):
+    for _ in range(1000):
         away = points - m
         r = np.linalg.norm(away, axis=1)
         near = r <= 1e-15 * scale

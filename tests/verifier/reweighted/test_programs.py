@@ -56,7 +56,7 @@ def test_right_medians_are_acquitted(program):
 
 
 def test_vardi_and_zhang_s_repair_is_acquitted_and_weiszfeld_s_step_is_not():
-    options = {"questions": ABOUT_POINTS, "draws": DRAWS}
+    options = {"questions": ABOUT_POINTS, "draws": 6}
     found = judge_program(programs.vardi_zhang, programs.geometric_objective, PLANE, **options)
     assert not found.findings, str(found)
     found = judge_program(programs.plain_weiszfeld, programs.geometric_objective, PLANE, **options)
