@@ -290,8 +290,8 @@ class _Trial:
             return Answer(question.name, Word.YES, said.strip(), basis)
         acquitted = self.asked - len(self.undecided)
         why = self.undecided[0] if self.undecided else "" if wrong else "The question applies to no input."
-        said = [f"Within the tolerance on {acquitted} of {self.asked} inputs.", why, wrong]
-        return Answer(question.name, Word.UNDECIDED, " ".join(filter(None, said)), BASIS)
+        parts = [f"Within the tolerance on {acquitted} of {self.asked} inputs.", why, wrong]
+        return Answer(question.name, Word.UNDECIDED, " ".join(filter(None, parts)), BASIS)
 
     def warnings(self) -> Answer:
         """What the program warned of."""
@@ -376,7 +376,7 @@ def _smallest(
 
 
 def _worst(trial: _Trial, question: Question, data: Data) -> _Case | None:
-    """Of all ways to ask, the one with the worst answer, to one digit, and the simplest; None if none fails."""
+    """Of all ways to ask, the simplest with the worst answer, to one digit; None if none fails."""
     cases = [trial.case(question, data, variant) for variant in sorted(question.variants, key=abs)]
     failing = [case for case in cases if case is not None and case.fails]
     return max(failing, key=lambda case: (case.fault, float(f"{case.ratio - 1:.1g}")), default=None)
