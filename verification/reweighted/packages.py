@@ -5,7 +5,6 @@ both are cases. A package that is not installed is left out.
 """
 
 import importlib
-import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -254,16 +253,3 @@ def _exact_programs() -> Iterator[Case]:
         by_sklearn, lasso, [{**each, "penalty": 3.0} for each in data],
         all_questions(rows=("X", "y"), columns=("X",), powers={"y": 1, "penalty": 1}),
     )  # fmt: skip
-
-
-def main() -> None:
-    """Write what is found of the packages that are installed here."""
-    for judged in judge_packages():
-        sys.stdout.write(f"{judged.answers}\n  promise: {judged.case.promise}\n")
-        for finding in judged.answers.findings:
-            sys.stdout.write(f"  {finding.id} {finding.as_json()['input']} -> {finding.answer}\n")
-        sys.stdout.flush()
-
-
-if __name__ == "__main__":
-    main()

@@ -25,7 +25,10 @@ from verification.reweighted.objective import Objective, rational_point
 from verification.reweighted.optimum import BITS, Optimum, optimum
 
 ACCUSING = 2.0**-30
-"""Share of the size of the data below which no difference accuses: 1e-9, far above float64's rounding."""
+"""Share of the size of the data below which no difference accuses: 1e-9, far above float64's rounding.
+
+It is the relative tolerance where that is larger: where the data fit perfectly, F* is 0, and a program is not
+held to more digits of F than it promises of the data."""
 
 ACQUITTING = 2.0**-44
 """Share of the size of the data that float64's rounding is granted for an acquittal."""
@@ -122,7 +125,8 @@ def verdict(
         value, best = value_at(objective, values), best or optimum(objective)
     except (NotCoveredError, UnresolvedError) as fault:
         return Verdict(Word.UNDECIDED, reason=str(fault))
-    accusing, acquitting = (allowance(objective, best.point, share) for share in (ACCUSING, ACQUITTING))
+    shares = max(ACCUSING, rule.tolerance), ACQUITTING
+    accusing, acquitting = (allowance(objective, best.point, share) for share in shares)
     if best.lower is not None and value.upper <= rule.allows(best.lower, acquitting):
         return Verdict(Word.YES, value, best)
     if value.lower <= rule.allows(best.upper, accusing):

@@ -193,10 +193,10 @@ def test_what_is_no_point_is_accused(answer):
 
 
 def test_an_answer_near_the_tolerance_is_neither_accused_nor_acquitted_wrongly():
-    """1e-6 of F* more, and 1e-3 of that less or more; rounding of the data leaves it open in between."""
+    """1e-6 of F* is within the tolerance; another 1e-6 of the data's size, here 1, leaves it open."""
     data = {"y": np.array([0.0, 0.0, 1.0])}
     objective = programs.median_objective(**data)
-    words = [verdict(objective, {"m": [m]}, Rule(1e-6)).word for m in (0.9e-6, 0.999e-6, 1.0001e-6, 1.1e-6)]
+    words = [verdict(objective, {"m": [m]}, Rule(1e-6)).word for m in (0.9e-6, 0.999e-6, 1.9e-6, 2.1e-6)]
     assert words == [Word.YES, Word.YES, Word.UNDECIDED, Word.NO]
 
 
