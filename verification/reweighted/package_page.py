@@ -11,11 +11,12 @@ SCHEMA = "convexperc/reweighted-packages/1"
 HEAD = """\
 # Reweighted programs in packages that people install
 
-Made by `convexperc-verification packages`, with the versions in the table. Each program is asked on small inputs,
-as they are, and changed in a way that its objective follows: in other units, with rows doubled, permuted or zero.
-Its answer is compared with another point, F at both in exact numbers and balls, by the tolerance of its row; where
-its documentation can be read in two ways, both are rows. "within" is proved by a lower bound of each optimum, and
-speaks of the inputs that were asked alone. How it is decided: [reweighted loops](../docs/reweighted.md).
+Made by `convexperc-verification packages`, with the versions in the table. Each program is asked on small
+inputs, as they are, and changed in a way that its objective follows: in other units, with rows doubled,
+permuted or zero. Its answer is compared with another point, F at both in exact numbers and balls, by the
+tolerance of its row; where its documentation can be read in two ways, both are rows. "within" is proved by
+a lower bound of each optimum, and speaks of the inputs that were asked alone. How it is decided:
+[reweighted loops](../docs/reweighted.md).
 
 | package | program | tolerance | as given | other questions |
 |---|---|---|---|---|"""
