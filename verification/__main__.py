@@ -14,6 +14,7 @@ from verification.commands import (
     conformance,
     experiments,
     faults,
+    kernels,
     lassos,
     replay,
     reports,
@@ -70,6 +71,7 @@ app.command(help=reports.REPORTS_HELP)(reports.reports)
 app.command(help=solvers.FAMILIES_HELP)(solvers.families)
 app.command(help=campaign.CAMPAIGN_HELP)(campaign.campaign)
 app.command(help=lassos.LASSOS_HELP)(lassos.lassos)
+app.command(help=kernels.KERNELS_HELP)(kernels.kernels)
 app.command(help=solvers.CHECK_HELP)(solvers.check)
 app.command(help=solvers.BENCH_HELP)(solvers.bench)
 

@@ -76,6 +76,10 @@ SUBJECTS: dict[str, tuple[str, ...]] = {
         *(f"verification/{name}" for name in ("lassos", "exact", "problems", "journal.py")),
         *(f"verification/{name}.py" for name in ("checks/measures", "search/tasks")),
     ),
+    "kernels": (
+        *(f"verification/{name}" for name in ("reweighted", "exact", "proofs/checkers")),
+        *(f"verification/{name}.py" for name in ("checks/measures", "search/tasks")),
+    ),
     "benchmark": (*RECOGNIZING, "verification/bench"),
     "faults": (*RECOGNIZING, *JUDGING, "verification/faults"),
     "report": (

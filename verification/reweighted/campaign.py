@@ -38,8 +38,8 @@ class Settings:
     mutants : int
         Every how many numbers a pair with a fault is judged as well; 0 for never.
     exact : int
-        Every how many numbers two pairs of one known function each, sound and with a fault, are judged by their
-        formulas; 0 for never. That takes about a second each, of compositions often minutes.
+        Every how many numbers two pairs of one known function each, sound and with a fault, are judged by
+        their formulas; 0 for never. That takes about a second each, of compositions often minutes.
     """
 
     pairs: int = 1000
@@ -73,7 +73,7 @@ class Tally:
     sound, accused : int
         Sound pairs that were judged; those with a fault, which must be none.
     mutants, caught, named : int
-        Pairs with a planted fault; those with any fault found; those where the question that is meant finds it.
+        Pairs with a planted fault; those with any fault found; those named by the question that is meant.
     crashed : int
         An exception where there must be none.
     seconds : float
@@ -117,6 +117,11 @@ class Outcome:
         both = (self.measured, self.exact)
         wrong = sum(each.accused + each.crashed for each in both)
         return sum(each.sound for each in both) > 0 and not wrong and not self.lost
+
+    @property
+    def named(self) -> bool:
+        """Every planted fault is named by the question that is meant."""
+        return all(each.named == each.mutants for each in (self.measured, self.exact))
 
     def add(self, data: dict[str, Any]) -> None:
         """Add what another shard found, as plain data."""

@@ -1,4 +1,4 @@
-"""Losses of the literature with their weights, as terms: each weight is that of r**2/2 unless the square is told."""
+"""Losses of the literature with their weights, as terms; the weights are those of r**2/2 unless told."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -67,7 +67,9 @@ LOSSES = (
         {"c": "1"},
         "Geman and McClure 1985",
     ),
-    Loss("welsch", "c**2*(1 - exp(-(r/c)**2))/2", "exp(-(r/c)**2)", {"c": "2.9846"}, "Dennis and Welsch 1978"),
+    Loss(
+        "welsch", "c**2*(1 - exp(-(r/c)**2))/2", "exp(-(r/c)**2)", {"c": "2.9846"}, "Dennis and Welsch 1978"
+    ),
     Loss(
         "tukey",
         "c**2*(1 - (1 - (r/c)**2)**3)/6 if r <= c else c**2/6",
@@ -141,13 +143,6 @@ LOSSES = (
         "Zhang 2010",
     ),
     Loss("arctan", "c**2*atan((r/c)**2)/2", "1/(1 + (r/c)**4)", {"c": "1"}, "SciPy"),
-    Loss(
-        "log-cosh",
-        "c**2*log((exp(r/c) + exp(-r/c))/2)",
-        "c*tanh(r/c)/r",
-        {"c": "1.205"},
-        "Holland and Welsch 1977",
-    ),
     Loss("l1 and l2", "r + r**2/2", "1/r + 1", source="Zou and Hastie 2005"),
     Loss(
         "quantile, q = 0.3",

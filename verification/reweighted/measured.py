@@ -4,10 +4,11 @@ If weight(r) square'(r) = loss'(r), then by the mean value theorem, for 0 < s < 
 
     (loss(t) - loss(s)) / (square(t) - square(s)) = weight(x) for some x between s and t;
 
-where the weight jumps it lies between its least and largest value. So a secant outside the range of the weight shows
-that the pair is not tangent. The range is that of samples; it is widened by itself, by `TOLERANCE`, and by the rounding
-of loss and weight (see `sampling`), and a pair is accused only where three secants of one window are on the same side,
-so that a jump of the loss at one point is not taken for a wrong slope. A YES is a measurement, no proof.
+where the weight jumps it lies between its least and largest value. So a secant outside the range of the
+weight shows that the pair is not tangent. The range is that of samples; it is widened by itself, by
+`TOLERANCE`, and by the rounding of loss and weight (see `sampling`), and a pair is accused only where three
+secants of one window are on the same side, so that a jump of the loss at one point is not taken for a wrong
+slope. A YES is a measurement, no proof.
 """
 
 from collections.abc import Callable, Mapping
@@ -29,13 +30,14 @@ from verification.reweighted.sampling import (
     Function,
     Samples,
     callable_on_arrays,
+    quiet,
     sampled,
     value_at,
 )
-from verification.reweighted.terms import SQUARES, Term, judge_term
+from verification.reweighted.terms import SQUARES, judge_term
 
 TOLERANCE = 1e-3
-"""Part of the weight by which a secant, and of a number by which any two, must differ before they are called different."""
+"""Two numbers are called different if they differ by more than this part of them, beyond rounding."""
 
 FAR = 1e-9
 """Part of the weights within three octaves that is taken for 0 at the end of a weight."""
@@ -82,7 +84,7 @@ class MeasuredSide:
 
     @cached_property
     def secants(self) -> tuple[np.ndarray, np.ndarray]:
-        """(loss(t) - loss(s)) / (square(t) - square(s)) for halves and whole of each window, and their noise."""
+        """Change of the loss by that of the square, for halves and whole of each window, and their noise."""
         last = POINTS - 1
         first, second = np.array([0, last // 2, 0]), np.array([last // 2, last, last])
         s, t = GRID[..., first], GRID[..., second]
@@ -104,13 +106,10 @@ class MeasuredSide:
     def allowance(self) -> np.ndarray:
         """What two weights of a window may differ by without being called different."""
         least, largest, near = self.ranges
-        return (
-            TOLERANCE * np.maximum(np.abs(least), np.abs(largest))
-            + FAR * near
-            + self.weight.noise
-        )
+        size = np.maximum(np.abs(least), np.abs(largest))
+        return np.asarray(TOLERANCE * size + FAR * near + self.weight.noise)
 
-    def shown(self, index: tuple[int, ...]) -> str:
+    def shown(self, index: Any) -> str:
         """A residual of this side."""
         return f"{self.sign * GRID[index]:.9g}"
 
@@ -138,16 +137,16 @@ def judge_functions(
     make : callable, optional
         ``make(width)`` returns loss and weight of another width, for the question ``units``.
     formula : bool
-        Whether to ask the functions for a formula first, by calling them with a symbol. Where they give one that
-        agrees with them, `judge_term` decides, except that it accuses nothing that is not measured as well: numbers
-        such as c**2 are rounded in the formula.
+        Whether to call the functions with a symbol. Where they give a formula that agrees with them,
+        `judge_term` decides, except that it accuses nothing that is not measured as well: numbers such as
+        c**2 are rounded in the formula. It can take minutes.
     name : str
 
     Returns
     -------
     Answers
-        ``tangent``, ``majorises``, ``sign``, ``at zero`` and ``units`` as of `judge_term`. The basis says whether
-        an answer was measured, and at how many points; a YES that was measured is no proof.
+        ``tangent``, ``majorises``, ``sign``, ``at zero`` and ``units`` as of `judge_term`. The basis says
+        whether an answer was measured; a YES that was measured is no proof.
 
     Raises
     ------
@@ -163,15 +162,16 @@ def judge_functions(
     """
     if square not in SQUARES:
         raise InputError("square", value=square, must=f"must be one of {', '.join(SQUARES)}")
-    sides = _sides(loss, weight, float(SQUARES[square]), signed)
-    tangent = _tangent(sides)
-    answers = [
-        tangent,
-        _majorises(sides, tangent),
-        _sign(sides),
-        _at_zero(loss, weight),
-        _units(sides[0], make),
-    ]
+    with quiet():
+        sides = _sides(loss, weight, float(SQUARES[square]), signed)
+        tangent = _tangent(sides)
+        answers = [
+            tangent,
+            _majorises(sides, tangent),
+            _sign(sides),
+            _at_zero(loss, weight),
+            _units(sides[0], make),
+        ]
     if formula:
         answers = _with_formula(answers, loss, weight, square=square, signed=signed)
     return Answers(name or f"{_called(loss)} and {_called(weight)} of {square}", tuple(answers))
@@ -224,7 +224,8 @@ def _plain(shares: np.ndarray, r: np.ndarray) -> int:
 
 
 def _measured(what: str) -> str:
-    return f"{ROOTED}, not proved: {what}, from 1e-12 to 1e12; rounding and {TOLERANCE:g} of the weight are allowed"
+    allowed = f"rounding and {TOLERANCE:g} of the weight are allowed"
+    return f"{ROOTED}, not proved: {what}, from 1e-12 to 1e12; {allowed}"
 
 
 def _not_tangent(sides: tuple[MeasuredSide, ...], side: MeasuredSide, where: Any) -> Answer:
@@ -232,8 +233,8 @@ def _not_tangent(sides: tuple[MeasuredSide, ...], side: MeasuredSide, where: Any
     said = (
         "The weighted square has another slope than the loss at r_i."
         if factor is None
-        else f"The weight is {factor:.4g} times the tangent one: the loop solves the problem with {factor:.4g} times"
-        " this term."
+        else f"The weight is {factor:.4g} times the tangent one: the loop solves the problem with"
+        f" {factor:.4g} times this term."
     )
     least, largest, _ = side.ranges
     shown = {
@@ -255,8 +256,7 @@ def _factor(sides: tuple[MeasuredSide, ...]) -> float | None:
         known = unsure < 1e-2 * TOLERANCE * np.maximum(np.abs(whole), np.abs(largest))
         known &= (side.weight.noise < 1e-2 * TOLERANCE * np.abs(largest)) | (whole != 0)
         known &= (largest - least) <= 0.01 * np.abs(largest)
-        with np.errstate(all="ignore"):
-            ratios.append((least + largest)[known] / 2 / whole[known])
+        ratios.append((least + largest)[known] / 2 / whole[known])
     found = np.concatenate(ratios)
     if found.size < FEWEST:
         return None
@@ -277,7 +277,9 @@ def _majorises(sides: tuple[MeasuredSide, ...], tangent: Answer) -> Answer:
             return found
     points = sum(int(np.isfinite(side.weight.values).sum()) for side in sides)
     if points < FEWEST * POINTS:
-        return Answer("majorises", Word.UNDECIDED, "Too few weights are finite.", f"{ROOTED}: {points} points")
+        return Answer(
+            "majorises", Word.UNDECIDED, "Too few weights are finite.", f"{ROOTED}: {points} points"
+        )
     if tangent.word is Word.YES:
         found = _below(sides)
         if found is not None:
@@ -298,14 +300,16 @@ def _rises(side: MeasuredSide) -> Answer | None:
     share = np.where(excess > 0, excess / np.where(least[1:] == 0, np.inf, np.abs(least[1:])), 0.0)
     high = _plain(share + (excess > 0) * 1e-300, GRID[..., 0].ravel()[1:]) + 1
     low = int(np.argmin(before[:high]))
-    places = [(*np.unravel_index(each, side.allowance.shape), 0) for each in (low, high)]
+    places: list[Any] = [(*np.unravel_index(each, side.allowance.shape), 0) for each in (low, high)]
     shown = {
         "r": side.shown(places[0]),
         "weight": f"{side.weight.values[places[0]]:.9g}",
         "larger r": side.shown(places[1]),
         "weight there": f"{side.weight.values[places[1]]:.9g}",
     }
-    said = "The weight rises with |r|: its square, made at the smaller one, lies below what it descends further out."
+    said = (
+        "The weight rises with |r|: its square, made at the smaller one, lies below what it descends beyond."
+    )
     return Answer("majorises", Word.NO, said, _measured("two windows of weights"), shown, fault=True)
 
 
@@ -318,14 +322,14 @@ def _unlike_sides(right: MeasuredSide, left: MeasuredSide) -> Answer | None:
         return None
     size = np.maximum.reduce([np.abs(each) for side in (right, left) for each in side.ranges[:2]])
     share = np.where(apart > 0, apart / np.where(size == 0, np.inf, size), 0.0)
-    where = (*np.unravel_index(_plain(share, GRID[..., 0]), share.shape), 0)
+    where: Any = (*np.unravel_index(_plain(share, GRID[..., 0]), share.shape), 0)
     shown = {
         "r": right.shown(where),
         "weight": f"{right.weight.values[where]:.9g}",
         "-r": left.shown(where),
         "weight there": f"{left.weight.values[where]:.9g}",
     }
-    said = "The weight differs at r and -r: the square from one of them lies below what it descends at the other."
+    said = "The weight differs at r and -r: the square from one lies below what it descends at the other."
     return Answer("majorises", Word.NO, said, _measured("weights at r and -r"), shown, fault=True)
 
 
@@ -365,7 +369,7 @@ def _sign(sides: tuple[MeasuredSide, ...]) -> Answer:
         below = np.where(np.isfinite(largest), -largest - side.allowance, -np.inf)
         points += int(np.isfinite(side.weight.values).sum())
         if below.max() > 0:
-            where = (*np.unravel_index(_plain((below > 0) * 1.0, GRID[..., 0]), below.shape), 0)
+            where: Any = (*np.unravel_index(_plain((below > 0) * 1.0, GRID[..., 0]), below.shape), 0)
             shown = {"r": side.shown(where), "weight": f"{side.weight.values[where]:.9g}"}
             said = "The weight is negative: a square with it has no minimum of its own."
             return Answer("sign", Word.NO, said, _measured("a window of weights"), shown, fault=True)
@@ -377,7 +381,9 @@ def _sign(sides: tuple[MeasuredSide, ...]) -> Answer:
 
 def _at_zero(loss: Function, weight: Function) -> Answer:
     """What the functions return at exactly 0, and next to it."""
-    found = {f"{what}({at:g})": value_at(each, at) for what, each in (("weight", weight),) for at in (0.0, 1e-300)}
+    found = {
+        f"{what}({at:g})": value_at(each, at) for what, each in (("weight", weight),) for at in (0.0, 1e-300)
+    }
     found["loss(0)"] = value_at(loss, 0.0)
     told = [
         f"{place} raises {value}" if isinstance(value, str) else f"{place} is {value:.9g}"
@@ -391,23 +397,31 @@ def _at_zero(loss: Function, weight: Function) -> Answer:
 
 def _units(side: MeasuredSide, make: Make | None) -> Answer:
     """By which power of the unit a width must follow so that the loss is the same up to a factor."""
-    stated, shown = None, {}
+    stated, shown = None, dict[str, str]()
     start = side if make is None else _sides(*make(1.0), side.factor, signed=False)[0]
     for power in POWERS if make is not None else (None,):
         fits = []
         for shift in SHIFTS:
-            moved = start if make is None else _sides(*make(2.0 ** float(shift * power)), side.factor, False)[0]
+            moved = (
+                start
+                if make is None
+                else _sides(*make(2.0 ** float(shift * (power or 0))), side.factor, False)[0]
+            )
             fits.append(_follows(start, moved, shift))
         if not all(fit.loss for fit in fits):
             continue
         wrong = [fit.weight for fit in fits if fit.weight]
         if not wrong:
-            return Answer("units", Word.YES, _units_said(power), _measured("losses and weights in other units"))
+            return Answer(
+                "units", Word.YES, _units_said(power), _measured("losses and weights in other units")
+            )
         if stated is None:
-            stated, shown = power, wrong[0]
+            stated, shown = power, dict(wrong[0])
     if shown:
         said = "In another unit of r the loss is the same up to a factor, and the weight is not."
-        return Answer("units", Word.NO, said, _measured("losses and weights in other units"), shown, fault=True)
+        return Answer(
+            "units", Word.NO, said, _measured("losses and weights in other units"), shown, fault=True
+        )
     said = "No other width was given, and another unit changes the loss: the question does not arise."
     if make is not None:
         said = "The loss has numbers of its own unit, so that the question does not arise."
@@ -451,7 +465,9 @@ def _follows(start: MeasuredSide, moved: MeasuredSide, shift: int) -> _Fit:
         before, after = start.weight.values[here, :, 0], moved.weight.values[there, :, 0]
         by = middle / 4.0**shift
         allowed = moved.allowance[there] + abs(by) * start.allowance[here]
-        apart = np.where(compared & np.isfinite(after - by * before), np.abs(after - by * before) - allowed, -np.inf)
+        apart = np.where(
+            compared & np.isfinite(after - by * before), np.abs(after - by * before) - allowed, -np.inf
+        )
     if apart.max() <= 0:
         return _Fit(True, {})
     where = np.unravel_index(int(apart.argmax()), apart.shape)
@@ -467,13 +483,15 @@ def _follows(start: MeasuredSide, moved: MeasuredSide, shift: int) -> _Fit:
     )
 
 
-def _with_formula(answers: list[Answer], loss: Function, weight: Function, square: str, signed: bool) -> list[Answer]:
-    """The answers of `judge_term` where the functions give formulas and what was measured does not contradict."""
+def _with_formula(
+    answers: list[Answer], loss: Function, weight: Function, square: str, signed: bool
+) -> list[Answer]:
+    """Those of `judge_term` where the functions give formulas and no measurement contradicts."""
     formulas = [_formula(each, signed) for each in (loss, weight)]
     if None in formulas:
         return answers
     try:
-        exact = judge_term(Term(*formulas, square=square, signed=signed))
+        exact = judge_term(formulas[0], formulas[1], square=square, signed=signed)
     except (InputError, NotImplementedError):
         return answers
     return [_joined(each, exact) for each in answers]
@@ -506,7 +524,11 @@ def _joined(measured: Answer, exact: Answers) -> Answer:
         return measured
     proved = exact[measured.question]
     if proved.word is measured.word or (proved.word is Word.YES and measured.word is Word.UNDECIDED):
-        return replace(proved, basis=f"{proved.basis}, of the formulas that the functions return for a symbol")
+        return replace(
+            proved, basis=f"{proved.basis}, of the formulas that the functions return for a symbol"
+        )
     if measured.word is Word.YES and proved.word is Word.NO:
-        return replace(measured, basis=f"{measured.basis}; the formula, with rounded numbers, differs by less")
+        return replace(
+            measured, basis=f"{measured.basis}; the formula, with rounded numbers, differs by less"
+        )
     return measured

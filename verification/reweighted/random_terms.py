@@ -1,8 +1,9 @@
-"""Random losses with their true weights, and with weights of a known fault: what a judge is to acquit and to accuse.
+"""Random losses with their true weights, to be acquitted, and with weights of a known fault.
 
-A loss is psi(r**2) with psi concave and increasing: positive multiples of known functions, sums of them, increasing
-concave functions of them, and pieces that continue another one with at most its slope. Its weight of r**2 is psi', by the rules of
-differentiation here, and by SymPy in `Drawn.term`: the two are compared in the tests.
+A loss is psi(r**2) with psi concave and increasing: positive multiples of known functions, sums of them,
+increasing concave functions of them, and pieces that continue another one with at most its slope. Its
+weight of r**2 is psi', by the rules of differentiation here, and by SymPy in `Drawn.term`: the tests
+compare the two.
 """
 
 from collections.abc import Callable
@@ -120,7 +121,10 @@ def _tukey(c: Fraction) -> Concave:
 def _arctan(c: Fraction) -> Concave:
     a = float(c)
     return Concave(
-        lambda s: np.arctan(s / a), lambda s: a / (a * a + s * s), lambda r: sp.atan(r**2 / _exact(c)), "arctan"
+        lambda s: np.arctan(s / a),
+        lambda s: a / (a * a + s * s),
+        lambda r: sp.atan(r**2 / _exact(c)),
+        "arctan",
     )
 
 
@@ -194,7 +198,9 @@ def _glued(first: Concave, second: Concave, end: Fraction, share: Fraction) -> C
 
     def formula(r: Any) -> Any:
         inside, outside, at = first.formula(r), second.formula(r), _exact(end)
-        factor = _exact(share) * _at(sp.diff(first.formula(R), R), at) / _at(sp.diff(second.formula(R), R), at)
+        factor = (
+            _exact(share) * _at(sp.diff(first.formula(R), R), at) / _at(sp.diff(second.formula(R), R), at)
+        )
         level = _at(first.formula(R), at) - factor * _at(second.formula(R), at)
         return sp.Piecewise((inside, r <= at), (level + factor * outside, True))
 
@@ -281,7 +287,9 @@ def draw(seed: int, number: int, *, mutant: bool = False, depth: int = 2) -> Dra
     rng = np.random.default_rng([seed, number, int(mutant)])
     psi = _function(rng, depth)
     square = str(rng.choice(list(SQUARES)))
-    width = Fraction(int(rng.integers(1, 40)), int(rng.integers(1, 40))) * Fraction(10) ** int(rng.integers(-3, 4))
+    width = Fraction(int(rng.integers(1, 40)), int(rng.integers(1, 40))) * Fraction(10) ** int(
+        rng.integers(-3, 4)
+    )
     sound = Drawn(number, psi, square, width)
     if not mutant:
         return sound
@@ -309,7 +317,9 @@ def _function(rng: np.random.Generator, depth: int) -> Concave:
         slopes = [float(each.slope(np.array(float(end) ** 2))) for each in (first, second)]
     if min(slopes) < 1e-9:  # a slope of 0 cannot be continued
         return first
-    return _glued(first, second, end, Fraction(1) if rng.random() < 0.7 else Fraction(1, int(rng.integers(2, 5))))
+    return _glued(
+        first, second, end, Fraction(1) if rng.random() < 0.7 else Fraction(1, int(rng.integers(2, 5)))
+    )
 
 
 def _number(rng: np.random.Generator) -> Fraction:
@@ -364,9 +374,7 @@ def _not_squared(sound: Drawn, rng: np.random.Generator) -> Drawn | None:
     if abs(float(sound.width) - 1) < 0.05:
         return None
     number = {np: float(sound.width), sp: exactly(sound.width)}
-    return _planted(
-        sound, "width not squared", "tangent", lambda r, weight, xp: weight(r) * number[xp]
-    )
+    return _planted(sound, "width not squared", "tangent", lambda r, weight, xp: weight(r) * number[xp])
 
 
 def _rising(sound: Drawn, rng: np.random.Generator) -> Drawn:

@@ -1,9 +1,9 @@
-"""Functions of which no formula is known, in float64: sampled in short windows at many scales, with their rounding.
+"""Functions of which no formula is known: sampled in short windows at many scales, with their rounding.
 
-Rounding is not assumed but estimated: fourth differences at points 2**-12 apart vanish for a smooth function up to
-about 1e-13 of it, so that what they leave is noise (Moré and Wild 2011). Where a function is a difference of larger
-numbers, such as 1 - exp(-r**2) at small r, it is constant between its steps and shows no noise: the noise of the
-neighbouring octaves is taken there, and `COARSE`.
+Rounding is not assumed but estimated: fourth differences at points 2**-12 apart vanish for a smooth
+function up to about 1e-13 of it, so that what they leave is noise (Moré and Wild 2011). Where a function is
+a difference of larger numbers, such as 1 - exp(-r**2) at small r, it is constant between its steps and
+shows no noise: the noise of the neighbouring octaves is taken there, and `COARSE`.
 """
 
 import warnings
@@ -31,7 +31,7 @@ MARGIN = 32.0
 """By how much the estimated noise is multiplied before anything is said against a function."""
 
 RESOLVED = 1e6
-"""A loss is resolved in an octave if it changes by so many times its noise; else its noise is its neighbours' too."""
+"""A loss is resolved in an octave if it changes by so many times its noise; else neighbours get it."""
 
 RESOLVED_VALUE = 1e3
 """The same for a weight, by its values in place of its change."""
@@ -40,7 +40,7 @@ ROUNDING = 8 * np.finfo(float).eps
 """Of each value, relative, at least."""
 
 COARSE = 1e-6
-"""Of each value of a loss, relative, where two neighbours are equal: it may be a sum with a number so much larger."""
+"""Of each value of a loss, relative, where two neighbours are equal: larger numbers may have cancelled."""
 
 TRIED = (0.3, 1.7, 23.0)
 """Residuals at which calls with an array and with single numbers are compared."""
@@ -50,10 +50,10 @@ Function = Callable[[Any], Any]
 
 
 def grid() -> np.ndarray:
-    """The points, shape (octaves, windows, points), all positive and increasing; no power of 2 begins a window."""
+    """The points, shape (octaves, windows, points), positive and increasing; none is a power of 2."""
     octaves = np.exp2(np.array(OCTAVES, dtype=float))[:, None, None]
     starts = np.exp2((np.arange(WINDOWS) + 0.3819660112501051) / WINDOWS)[None, :, None]
-    return octaves * starts * (1.0 + STEP * np.arange(POINTS))[None, None, :]
+    return np.asarray(octaves * starts * (1.0 + STEP * np.arange(POINTS))[None, None, :])
 
 
 GRID = grid()
@@ -92,7 +92,7 @@ def callable_on_arrays(function: Function, sign: float = 1.0) -> Function:
             must="must return one real number for one residual",
         )
     try:
-        with _quiet():
+        with quiet():
             found = np.asarray(function(tried.copy()), dtype=float)
     except Exception:  # a foreign function may raise anything for an array
         found = np.empty(0)
@@ -105,7 +105,7 @@ def callable_on_arrays(function: Function, sign: float = 1.0) -> Function:
 def value_at(function: Function, residual: float) -> float | str:
     """The value at one residual, or what was raised."""
     try:
-        with _quiet():
+        with quiet():
             return _number(function, residual)
     except Exception as error:  # a foreign function may raise anything
         return type(error).__name__
@@ -144,7 +144,7 @@ def _noise(values: np.ndarray, resolution: str) -> np.ndarray:
         tied = (values[..., 1:] == values[..., :-1]).any(axis=2) & (resolution == "change")
     needed = change / RESOLVED if resolution == "change" else largest / RESOLVED_VALUE
     pooled = _spread(seen, needed)[:, None]
-    return MARGIN * np.maximum(own, pooled) + np.where(tied, COARSE, ROUNDING) * largest[:, None]
+    return np.asarray(MARGIN * np.maximum(own, pooled) + np.where(tied, COARSE, ROUNDING) * largest[:, None])
 
 
 def _spread(noise: np.ndarray, enough: np.ndarray) -> np.ndarray:
@@ -159,13 +159,13 @@ def _spread(noise: np.ndarray, enough: np.ndarray) -> np.ndarray:
 
 
 def _array(function: Function, points: np.ndarray) -> np.ndarray:
-    with _quiet():
+    with quiet():
         return np.asarray(function(np.array(points)), dtype=float)
 
 
 def _one_by_one(function: Function, points: np.ndarray) -> np.ndarray:
     found = []
-    with _quiet():
+    with quiet():
         for each in np.ravel(points):
             try:
                 found.append(_number(function, each))
@@ -192,8 +192,8 @@ def _number(function: Function, residual: float) -> float:
     return float(found.reshape(()))
 
 
-class _quiet(warnings.catch_warnings):  # noqa: N801 - a context manager
-    """Warnings of foreign functions are no findings about a pair; what is not finite is seen in the values."""
+class quiet(warnings.catch_warnings):  # noqa: N801 - a context manager
+    """No warnings of foreign functions: what is not finite is seen in the values."""
 
     def __enter__(self) -> Any:
         self._floats = np.errstate(all="ignore")
