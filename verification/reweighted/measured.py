@@ -57,6 +57,8 @@ SHIFTS = (10, -20)
 WELL = 1e4
 """A loss is compared in two units where it is so many times its noise."""
 
+EPSILON = float(np.finfo(float).eps)
+
 ROOTED = "measured in float64"
 Pair = tuple[Function, Function]
 Make = Callable[[float], Pair]
@@ -453,7 +455,9 @@ def _follows(start: MeasuredSide, moved: MeasuredSide, shift: int) -> _Fit:
     for side, octaves in ((start, here), (moved, there)):
         values = side.loss.values[octaves, :, 0] - side.offset
         raised.append(values)
-        known.append(np.abs(values) > WELL * (side.loss.noise[octaves] + ROUNDING * abs(side.offset)))
+        known.append(
+            np.abs(values) > WELL * (side.loss.noise[octaves] + ROUNDING * EPSILON * abs(side.offset))
+        )
     with np.errstate(all="ignore"):
         ratio = raised[1] / raised[0]
         compared = known[0] & known[1] & np.isfinite(ratio) & (raised[0] != 0) & (raised[1] != 0)

@@ -30,14 +30,16 @@ STEP = 2.0**-12
 MARGIN = 32.0
 """By how much the estimated noise is multiplied before anything is said against a function."""
 
-RESOLVED = 1e6
-"""A loss is resolved in an octave if it changes by so many times its noise; else neighbours get it."""
+RESOLVED = 1e9
+"""A function is resolved in an octave if its change (a loss) or its values (a weight) are so many times its
+noise; else the neighbours get the noise too. A part of a sum whose steps hide in the windows of the next octave
+is then at most 5e-6 of the whole, since it changes by 1500 steps in an octave where the windows show them."""
 
-RESOLVED_VALUE = 1e3
-"""The same for a weight, by its values in place of its change."""
+SEEN = 1e-3
+"""A fourth difference that is a greater part of change or values is no rounding, and is not handed on."""
 
-ROUNDING = 8 * np.finfo(float).eps
-"""Of each value, relative, at least."""
+ROUNDING = 8.0
+"""Of each value at least, in units of the rounding of its type."""
 
 COARSE = 1e-6
 """Of each value of a loss, relative, where two neighbours are equal: larger numbers may have cancelled."""
@@ -123,13 +125,15 @@ def sampled(function: Function, sign: float, resolution: str) -> Samples:
     resolution : {"change", "value"}
         What is compared with the noise, for a loss or a weight.
     """
-    values = np.asarray(function(sign * GRID.ravel()), dtype=float).reshape(GRID.shape)
+    returned = function(sign * GRID.ravel())
+    epsilon = float(np.finfo(returned.dtype if returned.dtype.kind == "f" else float).eps)
+    values = np.asarray(returned, dtype=float).reshape(GRID.shape)
     values = np.where(np.isfinite(values), values, np.nan)
-    return Samples(values, _noise(values, resolution))
+    return Samples(values, _noise(values, resolution, epsilon))
 
 
-def _noise(values: np.ndarray, resolution: str) -> np.ndarray:
-    """For each window a bound on the rounding of its values."""
+def _noise(values: np.ndarray, resolution: str, epsilon: float) -> np.ndarray:
+    """For each window a bound on the rounding of its values, which are of a type with this epsilon."""
     flat = values.reshape(len(OCTAVES), -1)
     with np.errstate(all="ignore"):
         left = np.abs(np.diff(values, n=4, axis=2)) / np.sqrt(70.0)
@@ -142,25 +146,33 @@ def _noise(values: np.ndarray, resolution: str) -> np.ndarray:
         largest = np.nan_to_num(np.fmax.reduce(np.abs(flat), axis=1))
         change = np.nan_to_num(np.fmax.reduce(flat, axis=1) - np.fmin.reduce(flat, axis=1))
         tied = (values[..., 1:] == values[..., :-1]).any(axis=2) & (resolution == "change")
-    needed = change / RESOLVED if resolution == "change" else largest / RESOLVED_VALUE
-    pooled = _spread(seen, needed)[:, None]
-    return np.asarray(MARGIN * np.maximum(own, pooled) + np.where(tied, COARSE, ROUNDING) * largest[:, None])
+    size = change if resolution == "change" else largest
+    pooled = _spread(seen, size, epsilon * largest)[:, None]
+    least = np.where(tied, max(COARSE, ROUNDING * epsilon), ROUNDING * epsilon)
+    return np.asarray(MARGIN * np.maximum(own, pooled) + least * largest[:, None])
 
 
-def _spread(noise: np.ndarray, enough: np.ndarray) -> np.ndarray:
-    """Noise of each octave, or that of a neighbour where more than `enough`, from octave to octave."""
-    found, last = noise.tolist(), len(noise) - 1
-    needed = enough.tolist()
+def _spread(noise: np.ndarray, size: np.ndarray, relative: np.ndarray) -> np.ndarray:
+    """Noise of each octave, or that of a neighbour that is not resolved, from octave to octave.
+
+    What is not more than `relative`, the rounding of the values of each octave themselves, is not handed on.
+    """
+    last = len(noise) - 1
+    found, sizes = noise.tolist(), size.tolist()
+    own = np.where((noise <= SEEN * size) & (noise > relative), noise, 0.0).tolist()
     for step, order in ((1, range(last)), (-1, range(last, 0, -1))):
+        handed = 0.0
         for octave in order:
-            if needed[octave] < found[octave] > found[octave + step]:
-                found[octave + step] = found[octave]
+            handed = max(handed, own[octave])
+            if sizes[octave] >= RESOLVED * handed:
+                handed = 0.0
+            found[octave + step] = max(found[octave + step], handed)
     return np.array(found)
 
 
 def _array(function: Function, points: np.ndarray) -> np.ndarray:
     with quiet():
-        return np.asarray(function(np.array(points)), dtype=float)
+        return np.asarray(function(np.array(points)))
 
 
 def _one_by_one(function: Function, points: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import sympy as sp
 from typer.testing import CliRunner
 
 from verification.__main__ import app
-from verification.reweighted import campaign, measured
+from verification.reweighted import campaign, measured, sampling
 from verification.reweighted.campaign import Settings, run
 from verification.reweighted.random_terms import FAULTS, draw
 
@@ -39,6 +39,24 @@ def test_a_campaign_acquits_the_sound_and_names_every_fault():
     assert outcome.named, outcome.found
     assert (outcome.measured.sound, outcome.measured.mutants) == (300, 150)
     assert (outcome.exact.sound, outcome.exact.mutants) == (3, 3)
+
+
+def tail(r):
+    """A loss that is constant in float64 where r**2 > 14: it is a difference of too large numbers there."""
+    s = r * r
+    return np.where(s < 14, s, 14 + np.exp(14.0) * (1001 - np.exp(-s) - 1001 + np.exp(-14.0)))
+
+
+@pytest.mark.parametrize(("name", "value"), [("COARSE", 0.0), ("RESOLVED", 1e6)])
+def test_rounding_that_hides_in_most_windows_accuses_nobody(name, value, monkeypatch):
+    """A tail below the rounding of the loss, and a sum of which a small part has steps."""
+    pairs = {
+        "COARSE": (tail, lambda r: np.where(r * r < 14, 1.0, np.exp(14 - r * r)), "r**2"),
+        "RESOLVED": (*draw(0, 10855).functions(), draw(0, 10855).square),
+    }
+    assert measured.judge_functions(*pairs[name], formula=False).faults == ()
+    monkeypatch.setattr(sampling, name, value)
+    assert measured.judge_functions(*pairs[name], formula=False).faults != ()
 
 
 def test_every_kind_of_fault_is_drawn():

@@ -92,8 +92,9 @@ def test_a_fault_of_a_library_is_printed_and_an_unknown_loss_left_out(monkeypatc
 
 
 def test_the_table_has_the_words_and_calls_a_measurement_one(monkeypatch):
-    monkeypatch.setattr(kernels, "import_module", lambda name: Norms)
-    result = RUNNER.invoke(app, ["kernels", "--library", "statsmodels"])
+    with monkeypatch.context() as patched:
+        patched.setattr(kernels, "import_module", lambda name: Norms)
+        result = RUNNER.invoke(app, ["kernels", "--library", "statsmodels"])
     assert "yes (measured)" in result.output
     exact = RUNNER.invoke(app, ["kernels", "--library", "scipy"])
     assert exact.exit_code == 0, exact.output
