@@ -77,7 +77,9 @@ SUBJECTS: dict[str, tuple[str, ...]] = {
         *(f"verification/{name}.py" for name in ("checks/measures", "search/tasks")),
     ),
     "kernels": (
-        *(f"verification/{name}" for name in ("reweighted", "exact", "proofs/checkers")),
+        *(f"convexperc/{name}" for name in ("problem", "caching.py", "errors.py", "faces.py", "files.py")),
+        *(f"verification/{name}" for name in ("reweighted", "exact", "ledger", "problems", "journal.py")),
+        "verification/proofs/checkers",
         *(f"verification/{name}.py" for name in ("checks/measures", "search/tasks")),
     ),
     "benchmark": (*RECOGNIZING, "verification/bench"),

@@ -32,8 +32,8 @@ MARGIN = 32.0
 
 RESOLVED = 1e9
 """A function is resolved in an octave if its change (a loss) or its values (a weight) are so many times its
-noise; else the neighbours get the noise too. A part of a sum whose steps hide in the windows of the next octave
-is then at most 5e-6 of the whole, since it changes by 1500 steps in an octave where the windows show them."""
+noise; else its neighbours get the noise too. A part of a sum whose steps hide in the windows of an octave is
+then at most 5e-6 of the whole: it changes by 1500 steps in an octave where the windows show them."""
 
 SEEN = 1e-3
 """A fourth difference that is a greater part of change or values is no rounding, and is not handed on."""
