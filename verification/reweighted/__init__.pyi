@@ -1,5 +1,7 @@
 from .answers import Answer, Answers, Word
+from .judging import judge_loop
 from .loops import Loop
+from .measured import judge_functions
 from .objective import Objective, each_loss, loss, norm, norm1, squares, variable
 from .optimum import Optimum
 from .programs import Finding, ProgramAnswers, judge_program, replay
@@ -21,6 +23,8 @@ __all__ = [
     "Word",
     "all_questions",
     "each_loss",
+    "judge_functions",
+    "judge_loop",
     "judge_program",
     "judge_term",
     "loss",
