@@ -94,7 +94,7 @@ def _stated(file: Path) -> tuple[Callable[..., Any], Mapping[str, Any]]:
 
 
 def _list() -> None:
-    from verification.reweighted.gallery.cases import CASES  # noqa: PLC0415
+    from verification.reweighted.gallery import CASES  # noqa: PLC0415
     from verification.reweighted.records import stored_records  # noqa: PLC0415
 
     found = stored_records()
@@ -122,7 +122,7 @@ def _replay(record: "Record", plot: Path | None) -> None:
 
 
 def _store(place: Path) -> None:
-    from verification.reweighted.gallery.cases import CASES  # noqa: PLC0415
+    from verification.reweighted.gallery import CASES  # noqa: PLC0415
     from verification.reweighted.records import gallery_record, judged  # noqa: PLC0415
 
     found = {}

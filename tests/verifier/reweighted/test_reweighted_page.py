@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from verification.__main__ import app
 from verification.reweighted import judge_term
-from verification.reweighted.gallery.cases import CASES
+from verification.reweighted.gallery import CASES
 from verification.reweighted.judging import QUESTIONS
 from verification.reweighted.records import stored, stored_records
 
@@ -65,6 +65,14 @@ def test_the_second_pair_is_what_the_page_says() -> None:
     assert not smoothed.faults
     assert {answer.question for answer in wrong.faults} == {"tangent", "units"}
     assert judge_term is not None
+
+
+def test_the_programs_of_the_page_are_judged_as_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    exec(compile(block(3), str(PAGE), "exec"), {})
+    floored, exact = capsys.readouterr().out.split("exact, tolerance", maxsplit=1)
+    assert re.search(r"as given +yes", floored)
+    assert re.search(r"other units +no", floored)
+    assert " no " not in exact.replace("It gave no warnings.", "")
 
 
 @pytest.mark.parametrize("case", CASES)
