@@ -110,6 +110,8 @@ class Facts:
         tangent: that distance, the largest of any term; else empty.
     free_of_units : bool
         Every weight follows a change of unit, and the loop has no stopping rule of its own.
+    given_start : bool
+        The loop says where it starts.
     """
 
     majorised: bool
@@ -119,6 +121,7 @@ class Facts:
     covered: bool
     smoothing: str
     free_of_units: bool
+    given_start: bool
 
     @classmethod
     def of(cls, loops: Sequence[Loop]) -> "Facts":
@@ -140,7 +143,8 @@ class Facts:
             every("convex"),
             all(loop.is_reweighted and (loop.order != "jacobi" or len(loop.groups) <= 2) for loop in loops),
             _distance(terms),
-            every("units") and all(loop.is_reweighted and loop.stop is None for loop in loops),
+            every("units") and all(loop.update is None and loop.stop is None for loop in loops),
+            any(loop.start is not None for loop in loops),
         )
 
     @property
@@ -202,10 +206,11 @@ def _starts(search: Search, facts: Facts) -> Answer:
     question = "starts"
     if facts.smooth:
         return _never_held(question)
-    found = search.smallest(SHOWS[question], MANY)
+    count = MANY if facts.given_start else search.examples
+    found = search.smallest(SHOWS[question], count)
     if found is None:
         said = "No start was found that is at a residual of 0 and rests there away from the optimum."
-        return Answer(question, Word.UNDECIDED, said, f"{MANY} instances")
+        return Answer(question, Word.UNDECIDED, said, f"{count} instances")
     return _rests(question, "The start is", found, rational_point(found.start), "exact update")
 
 
