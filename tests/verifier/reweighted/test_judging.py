@@ -126,7 +126,7 @@ PLANTED: tuple[tuple[str, Build, Mapping[str, Any], str], ...] = (
 
 @pytest.mark.parametrize(("name", "build", "data", "question"), PLANTED, ids=[each[0] for each in PLANTED])
 def test_a_planted_fault_is_named(name: str, build: Build, data: Mapping[str, Any], question: str) -> None:
-    answer = judge_loop(build, questions=(question,), **data)[question]
+    answer = judge_loop(build, examples=100, questions=(question,), **data)[question]
     assert answer.accuses, answer
     assert answer.instance
 
