@@ -127,7 +127,7 @@ PEERS = (
     *_generated("qoco", "CVXPYgen with QOCO", "1e-7", ""),
     *_generated("qocogen", "CVXPYgen with QOCOGEN", "1e-7", "qocogen"),
     Peer(
-        "--backend qocogen_example --state fresh",
+        "--backend qocogen_example --state fresh --largest 2",
         "CVXPYgen with QOCOGEN, called as in its example",
         "not set",
         ("cvxpygen", "qocogen"),

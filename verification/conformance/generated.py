@@ -28,7 +28,7 @@ import numpy as np
 from convexperc.problem.problem import Problem
 from verification.conformance.serve import serve, strictly
 
-LARGEST = 8
+LARGEST = 6
 """Largest n d that is generated: a shape takes seconds to compile."""
 
 STATES = ("fresh", "primed", "kept")
