@@ -24,7 +24,7 @@ from verification.provenance import installed
 PLACE = "verification.conformance.adapters"
 GENERATED = "verification.conformance.generated"
 SECONDS = 20.0
-COMPILING = 120.0
+COMPILING = 300.0
 """Seconds for an answer of generated code: the first one of a shape waits for the compiler."""
 SCHEMA = "convexperc/conformance-findings/1"
 LONGEST = 600

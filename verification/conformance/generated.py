@@ -196,7 +196,7 @@ class Builder:
             code = Path(room) / "code"
             cpg.generate_code(model(shape), code_dir=str(code), solver=self.backend.solver, wrapper=False)
             (code / "c" / "src" / "cpg_example.c").write_text(main_program(self.backend, shape))
-            _replace(code / "c", tree)
+            _replace(code / "c", tree.with_suffix(".generated"), tree)
         build = tree.with_suffix(".build")
         _quietly(["cmake", "-S", str(tree), "-B", str(build), "-DCMAKE_BUILD_TYPE=Release"])
         _quietly(["cmake", "--build", str(build), "--target", "cpg_example"])
@@ -205,13 +205,18 @@ class Builder:
         target.with_suffix(".new").rename(target)
 
 
-def _replace(source: Path, target: Path) -> None:
-    """Copy what differs; what is the same already keeps its time, and is not compiled again."""
+def _replace(source: Path, last: Path, target: Path) -> None:
+    """Copy what was generated otherwise than the last time; the rest keeps its time, and is not compiled.
+
+    Files of the target cannot be compared themselves: CMake writes into some.
+    """
     for each in source.rglob("*"):
-        place = target / each.relative_to(source)
-        if each.is_file() and not (place.exists() and place.read_bytes() == each.read_bytes()):
-            place.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(each, place)
+        name = each.relative_to(source)
+        known = last / name
+        if each.is_file() and not (known.exists() and known.read_bytes() == each.read_bytes()):
+            for place in (target / name, known):
+                place.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(each, place)
 
 
 def _quietly(words: list[str]) -> None:
