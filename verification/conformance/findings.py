@@ -23,7 +23,8 @@ from verification.provenance import installed
 
 PLACE = "verification.conformance.adapters"
 GENERATED = "verification.conformance.generated"
-SECONDS = 20.0
+SECONDS = 60.0
+"""For an answer; Numba compiles some solvers when the first request that they take comes."""
 COMPILING = 300.0
 """Seconds for an answer of generated code: the first one of a shape waits for the compiler."""
 SCHEMA = "convexperc/conformance-findings/1"
@@ -38,10 +39,10 @@ Vectors {vectors}, profile {profile}; made by `convexperc-verification conform f
 nothing failed up to there. What a solver declines, because it is not made for it, is counted and is no failure. A
 solver at its default tolerance may fail L1 or L2 and still keep its own promise: the column says what that is, and a
 second row has a tighter one where there is one. CVXPYgen writes C code for a problem with parameters; it is asked what
-has n d ≤ {largest}, as each shape is compiled, once as the first call of a program and once as the second, after another
-problem of the same shape: what fails then alone is left over from the first call. Malformed data are refused by the adapters, not by the solvers. That
-all vectors pass proves nothing of other inputs. What the levels ask: [verify your own
-solver](../docs/conformance.md).
+has n d ≤ {largest}, as each shape is compiled: once as the first call of a program, and once as the second, after
+another problem of the same shape. What fails in the second alone is left over from the first, as a warm start may be.
+Malformed data are refused by the adapters, not by the solvers. That all vectors pass proves nothing of other inputs.
+What the levels ask, and two faults of generated code: [verify your own solver](../docs/conformance.md).
 
 | solver | tolerance | versions | reaches | L0 failed | L1 failed | L2 failed | L3 failed | L4 failed | declined | digits |
 |---|---|---|---|---|---|---|---|---|---|---|"""  # noqa: E501
