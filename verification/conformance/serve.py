@@ -11,7 +11,9 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from verification.conformance.answers import AnswerError, number, parsed, vector
 from verification.conformance.calling import call
+from verification.conformance.request import LAMBDAS
 
 
 def function(place: str) -> Callable[..., Any]:
@@ -25,14 +27,46 @@ def function(place: str) -> Callable[..., Any]:
     return found  # type: ignore[no-any-return]
 
 
-def serve(place: str) -> None:
-    """Answer every line of standard input until it ends."""
+def serve(solve: Callable[..., Any], read: Callable[[str], dict[str, Any]] = json.loads) -> None:
+    """Answer every line of standard input until it ends; a line that `read` refuses gets an error."""
     with os.fdopen(os.dup(1), "w", encoding="utf-8") as answers:
         os.dup2(2, 1)
-        solve = function(place)
         for line in sys.stdin:
-            print(json.dumps(call(solve, json.loads(line)), default=repr), file=answers, flush=True)
+            try:
+                answer = call(solve, read(line))
+            except AnswerError as fault:
+                answer = {"id": _id(line), "error": str(fault)}
+            print(json.dumps(answer, default=repr), file=answers, flush=True)
+
+
+def strictly(line: str) -> dict[str, Any]:
+    """Read a request, or say what is wrong with it; that the numbers fit each other is the solver's to check.
+
+    Raises
+    ------
+    AnswerError
+        It is no JSON object, a key is missing, or a value has another type or size than it must have.
+    """
+    data = parsed(line)
+    if missing := [key for key in ("id", "n", "d", "modalities", "X", "o", *LAMBDAS) if key not in data]:
+        raise AnswerError(f"has no {' and no '.join(missing)}")
+    if not isinstance(data["X"], list) or len(data["X"]) != data["n"] or data["n"] == 0:
+        raise AnswerError("X must be a list of n >= 1 rows")
+    X = [vector(row, f"X[{k}]", data["d"]).tolist() for k, row in enumerate(data["X"])]
+    sizes = data["modalities"]
+    if not isinstance(sizes, list) or not all(type(size) is int for size in sizes):
+        raise AnswerError("modalities must be a list of whole numbers")
+    weights = {name: number(data[name], name) for name in LAMBDAS}
+    return data | {"X": X, "o": vector(data["o"], "o", data["d"]).tolist()} | weights
+
+
+def _id(line: str) -> Any:
+    """The id of a line that is no request, as far as there is one."""
+    try:
+        return parsed(line).get("id")
+    except AnswerError:
+        return None
 
 
 if __name__ == "__main__":
-    serve(sys.argv[1])
+    serve(function(sys.argv[1]))
