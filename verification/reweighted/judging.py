@@ -105,6 +105,8 @@ class Facts:
         Every loss is convex.
     covered : bool
         The update is the reweighted one, in the order of Gauss and Seidel or of at most two blocks.
+    in_turn : bool
+        Each block sees the new values of those before it, or there is one block.
     smoothing : str
         Where some weights are those of a loss within a bounded distance of the stated one, and the others are
         tangent: that distance, the largest of any term; else empty.
@@ -119,6 +121,7 @@ class Facts:
     smooth: bool
     convex: bool
     covered: bool
+    in_turn: bool
     smoothing: str
     free_of_units: bool
     given_start: bool
@@ -142,6 +145,7 @@ class Facts:
             every("at zero"),
             every("convex"),
             all(loop.is_reweighted and (loop.order != "jacobi" or len(loop.groups) <= 2) for loop in loops),
+            all(loop.order == "gauss_seidel" or len(loop.groups) == 1 for loop in loops),
             _distance(terms),
             every("units") and all(loop.update is None and loop.stop is None for loop in loops),
             any(loop.start is not None for loop in loops),
@@ -318,12 +322,14 @@ def _in_unit(instance: Instance, unit: Fraction) -> Instance | None:
 def _limit(search: Search, facts: Facts) -> Answer:
     question = "limit"
     if facts.proved and facts.convex:
-        if facts.smooth:
+        if facts.smooth and facts.in_turn:
             said = "Every limit point is a minimiser: F is convex and the weights are bounded."
             return Answer(question, Word.YES, said, "theorem, part (c)")
-        said = "The limit is the optimum unless a residual becomes exactly 0."
-        return Answer(question, Word.UNDECIDED, said, "theorem, part (c)")
-    if facts.smoothed and facts.convex and facts.smooth:
+        said = "A limit is optimal if no residual ever is 0 and those that vanish are independent."
+        if facts.smooth:
+            said = "A limit is optimal if the squares are strictly convex in both blocks together."
+        return Answer(question, Word.UNDECIDED, said, "theorem, part (c), where each norm is of one block")
+    if facts.smoothed and facts.convex and facts.smooth and facts.in_turn:
         said = f"A limit point minimises F with smoothed losses, each within {facts.smoothing} of its own."
         return Answer(question, Word.NO, said, "theorem, parts (b) and (c)")
     if not facts.convex:
