@@ -138,8 +138,8 @@ EXAMPLES: dict[str, Callable[[list[str]], None]] = {
 """What the examples of each document print; those of one document continue one another."""
 
 
-ELSEWHERE = {"docs/robots.md", "docs/conformance.md"}
-"""Run by tests of their own: test_robots_page.py, test_solver_templates.py."""
+ELSEWHERE = {"docs/robots.md", "docs/conformance.md", "docs/reweighted.md"}
+"""Run by tests of their own: test_robots_page.py, test_solver_templates.py, test_reweighted_page.py."""
 
 
 @pytest.mark.parametrize("document", EXAMPLES)

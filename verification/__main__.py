@@ -14,6 +14,7 @@ from verification.commands import (
     conformance,
     experiments,
     faults,
+    kernels,
     lassos,
     replay,
     reports,
@@ -72,6 +73,8 @@ app.command(help=solvers.FAMILIES_HELP)(solvers.families)
 app.command(help=campaign.CAMPAIGN_HELP)(campaign.campaign)
 app.command(help=lassos.LASSOS_HELP)(lassos.lassos)
 app.command(help=reweighted.LOOPS_HELP)(reweighted.loops)
+app.command(help=reweighted.PACKAGES_HELP)(reweighted.packages)
+app.command(help=kernels.KERNELS_HELP)(kernels.kernels)
 app.command(help=solvers.CHECK_HELP)(solvers.check)
 app.command(help=solvers.BENCH_HELP)(solvers.bench)
 

@@ -76,6 +76,12 @@ SUBJECTS: dict[str, tuple[str, ...]] = {
         *(f"verification/{name}" for name in ("lassos", "exact", "problems", "journal.py")),
         *(f"verification/{name}.py" for name in ("checks/measures", "search/tasks")),
     ),
+    "kernels": (
+        *(f"convexperc/{name}" for name in ("problem", "caching.py", "errors.py", "faces.py", "files.py")),
+        *(f"verification/{name}" for name in ("reweighted", "exact", "ledger", "problems", "journal.py")),
+        "verification/proofs/checkers",
+        *(f"verification/{name}.py" for name in ("checks/measures", "search/tasks")),
+    ),
     "benchmark": (*RECOGNIZING, "verification/bench"),
     "faults": (*RECOGNIZING, *JUDGING, "verification/faults"),
     "report": (

@@ -88,6 +88,7 @@ MAKERS = {
     "campaign": ["search.certify"],
     "benchmark": ["bench.run", "bench.floor", "bench.picture_frames", "bench.proof_times"],
     "faults": ["faults.hunt", "faults.own"],
+    "kernels": ["reweighted.campaign", "reweighted.kernels"],
     "lassos": ["lassos.campaign"],
     "report": ["run.stages"],
 }

@@ -1,5 +1,6 @@
 """The commands of the conformance kit: conform, and its export, template and vectors; no mathematics."""
 
+import shutil
 from pathlib import Path
 from typing import Annotated
 
@@ -157,13 +158,20 @@ def found(
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Write conformance.md and conformance.json.", file_okay=False)
     ] = Path("reports"),
+    python: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PACKAGE=PYTHON", help="The Python of an environment that has a lasso package."),
+    ] = None,
 ) -> None:
     """Run the command ``conform findings``."""
     from verification.conformance.findings import findings, markdown  # noqa: PLC0415 - keeps --help quick
 
+    pythons = dict(each.partition("=")[::2] for each in python or [])
+    if missing := [each for each in pythons.values() if shutil.which(each) is None]:
+        raise typer.BadParameter(f"{missing[0]!r} is no program", param_hint="--python")
     with misuse("--out"), progress() as show:
         out.mkdir(parents=True, exist_ok=True)
-        record = findings(progress=show)
+        record = findings(pythons=pythons, progress=show)
         write_json(out / "conformance.json", record)
         write_atomic(out / "conformance.md", markdown(record).encode())
     say(f"wrote {out / 'conformance.md'} and conformance.json")

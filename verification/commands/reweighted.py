@@ -94,7 +94,7 @@ def _stated(file: Path) -> tuple[Callable[..., Any], Mapping[str, Any]]:
 
 
 def _list() -> None:
-    from verification.reweighted.gallery.cases import CASES  # noqa: PLC0415
+    from verification.reweighted.gallery import CASES  # noqa: PLC0415
     from verification.reweighted.records import stored_records  # noqa: PLC0415
 
     found = stored_records()
@@ -122,7 +122,7 @@ def _replay(record: "Record", plot: Path | None) -> None:
 
 
 def _store(place: Path) -> None:
-    from verification.reweighted.gallery.cases import CASES  # noqa: PLC0415
+    from verification.reweighted.gallery import CASES  # noqa: PLC0415
     from verification.reweighted.records import gallery_record, judged  # noqa: PLC0415
 
     found = {}
@@ -132,3 +132,33 @@ def _store(place: Path) -> None:
         say(f"{case}: against it: {faults}")
     with misuse("--store"):
         write_json(place, gallery_record(found))
+
+
+PACKAGES_HELP = (
+    "Judge reweighted programs of installed packages against their objectives.\n\n"
+    "A package that is not installed is left out. Exit code 0, whatever is found: it is not this project's."
+)
+
+
+def packages(
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Write reweighted.md and reweighted.json to this folder.", file_okay=False),
+    ] = None,
+) -> None:
+    """Run the command ``packages``."""
+    from verification.reweighted.package_page import markdown, packages_record  # noqa: PLC0415
+
+    places = {} if out is None else {"page": out / "reweighted.md", "record": out / "reweighted.json"}
+    for place in places.values():
+        with misuse("--out"):
+            place.parent.mkdir(parents=True, exist_ok=True)
+    check_places(out=places.get("page"))
+    record = packages_record(say)
+    page = markdown(record)
+    if out is None:
+        say(page)
+        return
+    with misuse("--out"):
+        write_json(places["record"], record)
+        write_atomic(places["page"], page.encode())

@@ -7,11 +7,14 @@ import importlib
 import json
 import os
 import sys
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import IO, Any
 
 from convexperc.errors import escaped
+from verification.conformance.answers import AnswerError, number, parsed, vector
 from verification.conformance.calling import call
+from verification.conformance.request import LAMBDAS
 
 
 def function(place: str) -> Callable[..., Any]:
@@ -25,21 +28,69 @@ def function(place: str) -> Callable[..., Any]:
     return found  # type: ignore[no-any-return]
 
 
-def serve(place: str) -> None:
-    """Answer every line of standard input until it ends; where there is no such function, say why."""
+def serve(solve: Callable[..., Any], read: Callable[[str], dict[str, Any]] = json.loads) -> None:
+    """Answer every line of standard input until it ends; a line that `read` refuses gets an error."""
+    with _answers() as answers:
+        _serve(solve, read, answers)
+
+
+@contextmanager
+def _answers() -> Iterator[IO[str]]:
+    """Where answers are written; what else is printed goes to standard error."""
     with os.fdopen(os.dup(1), "w", encoding="utf-8") as answers:
         os.dup2(2, 1)
+        yield answers
+
+
+def _serve(solve: Callable[..., Any], read: Callable[[str], dict[str, Any]], answers: IO[str]) -> None:
+    for line in sys.stdin:
         try:
-            solve = function(place)
+            answer = call(solve, read(line))
+        except AnswerError as fault:
+            answer = {"id": _id(line), "error": str(fault)}
+        print(json.dumps(answer, default=repr), file=answers, flush=True)
+
+
+def strictly(line: str) -> dict[str, Any]:
+    """Read a request, or say what is wrong with it; that the numbers fit each other is the solver's to check.
+
+    Raises
+    ------
+    AnswerError
+        It is no JSON object, a key is missing, or a value has another type or size than it must have.
+    """
+    data = parsed(line)
+    if missing := [key for key in ("id", "n", "d", "modalities", "X", "o", *LAMBDAS) if key not in data]:
+        raise AnswerError(f"has no {' and no '.join(missing)}")
+    if not isinstance(data["X"], list) or len(data["X"]) != data["n"] or data["n"] == 0:
+        raise AnswerError("X must be a list of n >= 1 rows")
+    X = [vector(row, f"X[{k}]", data["d"]).tolist() for k, row in enumerate(data["X"])]
+    sizes = data["modalities"]
+    if not isinstance(sizes, list) or not all(type(size) is int for size in sizes):
+        raise AnswerError("modalities must be a list of whole numbers")
+    weights = {name: number(data[name], name) for name in LAMBDAS}
+    return data | {"X": X, "o": vector(data["o"], "o", data["d"]).tolist()} | weights
+
+
+def _id(line: str) -> Any:
+    """The id of a line that is no request, as far as there is one."""
+    try:
+        return parsed(line).get("id")
+    except AnswerError:
+        return None
+
+
+def main() -> None:
+    """Serve the function that the command line names, or say why there is none.
+
+    It is looked for in the working directory first.
+    """
+    sys.path.insert(0, os.getcwd())  # noqa: PTH109 - as Python itself puts it there
+    with _answers() as answers:
+        try:
+            solve = function(sys.argv[1])
         except BaseException as error:  # whatever a module raises when it is imported
             found = f"{type(error).__name__}: {escaped(str(error))}"
             print(json.dumps({"unusable": found}), file=answers, flush=True)
             return
-        for line in sys.stdin:
-            print(json.dumps(call(solve, json.loads(line)), default=repr), file=answers, flush=True)
-
-
-def main() -> None:
-    """Serve the function that the command line names; it is looked for in the working directory first."""
-    sys.path.insert(0, os.getcwd())  # noqa: PTH109 - as Python itself puts it there
-    serve(sys.argv[1])
+        _serve(solve, json.loads, answers)

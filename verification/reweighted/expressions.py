@@ -41,6 +41,10 @@ BALL_FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
     sp.cos: arb.cos,
     sp.atan: arb.atan,
     sp.tanh: arb.tanh,
+    sp.sinh: arb.sinh,
+    sp.cosh: arb.cosh,
+    sp.coth: arb.coth,
+    sp.tan: arb.tan,
 }
 RELATIONS: dict[type[ast.cmpop], Callable[..., Any]] = {
     ast.Lt: sp.StrictLessThan,

@@ -13,6 +13,7 @@ import numpy as np
 import sympy as sp
 from hypothesis import strategies as st
 
+from convexperc.errors import InputError
 from verification.reweighted.answers import Answer, Answers, Word
 from verification.reweighted.instances import (
     STEPS,
@@ -104,11 +105,15 @@ class Facts:
         Every loss is convex.
     covered : bool
         The update is the reweighted one, in the order of Gauss and Seidel or of at most two blocks.
+    in_turn : bool
+        Each block sees the new values of those before it, or there is one block.
     smoothing : str
         Where some weights are those of a loss within a bounded distance of the stated one, and the others are
         tangent: that distance, the largest of any term; else empty.
     free_of_units : bool
         Every weight follows a change of unit, and the loop has no stopping rule of its own.
+    given_start : bool
+        The loop says where it starts.
     """
 
     majorised: bool
@@ -116,8 +121,10 @@ class Facts:
     smooth: bool
     convex: bool
     covered: bool
+    in_turn: bool
     smoothing: str
     free_of_units: bool
+    given_start: bool
 
     @classmethod
     def of(cls, loops: Sequence[Loop]) -> "Facts":
@@ -138,8 +145,10 @@ class Facts:
             every("at zero"),
             every("convex"),
             all(loop.is_reweighted and (loop.order != "jacobi" or len(loop.groups) <= 2) for loop in loops),
+            all(loop.order == "gauss_seidel" or len(loop.groups) == 1 for loop in loops),
             _distance(terms),
-            every("units") and all(loop.is_reweighted and loop.stop is None for loop in loops),
+            every("units") and all(loop.update is None and loop.stop is None for loop in loops),
+            any(loop.start is not None for loop in loops),
         )
 
     @property
@@ -201,10 +210,11 @@ def _starts(search: Search, facts: Facts) -> Answer:
     question = "starts"
     if facts.smooth:
         return _never_held(question)
-    found = search.smallest(SHOWS[question], MANY)
+    count = MANY if facts.given_start else search.examples
+    found = search.smallest(SHOWS[question], count)
     if found is None:
         said = "No start was found that is at a residual of 0 and rests there away from the optimum."
-        return Answer(question, Word.UNDECIDED, said, f"{MANY} instances")
+        return Answer(question, Word.UNDECIDED, said, f"{count} instances")
     return _rests(question, "The start is", found, rational_point(found.start), "exact update")
 
 
@@ -215,11 +225,9 @@ def _rests(question: str, where: str, found: Instance, point: Point, basis: str)
     return _against(question, said, basis, shown, found)
 
 
-def _against(
-    question: str, said: str, basis: str, shown: dict[str, str], found: Instance, *, fault: bool = True
-) -> Answer:
+def _against(question: str, said: str, basis: str, shown: dict[str, str], found: Instance) -> Answer:
     """A NO that an instance shows."""
-    return Answer(question, Word.NO, said, basis, shown, fault, found.as_json())
+    return Answer(question, Word.NO, said, basis, shown, True, found.as_json())
 
 
 def _never_held(question: str) -> Answer:
@@ -314,14 +322,19 @@ def _in_unit(instance: Instance, unit: Fraction) -> Instance | None:
 def _limit(search: Search, facts: Facts) -> Answer:
     question = "limit"
     if facts.proved and facts.convex:
-        if facts.smooth:
+        if facts.smooth and facts.in_turn:
             said = "Every limit point is a minimiser: F is convex and the weights are bounded."
             return Answer(question, Word.YES, said, "theorem, part (c)")
-        said = "The limit is the optimum unless a residual becomes exactly 0."
-        return Answer(question, Word.UNDECIDED, said, "theorem, part (c)")
-    if facts.smoothed and facts.convex and facts.smooth:
+        said = "A limit is optimal if no residual ever is 0 and those that vanish are independent."
+        if facts.smooth:
+            said = "A limit is optimal if the squares are strictly convex in both blocks together."
+        return Answer(question, Word.UNDECIDED, said, "theorem, part (c), where each norm is of one block")
+    if facts.smoothed and facts.convex and facts.smooth and facts.in_turn:
         said = f"A limit point minimises F with smoothed losses, each within {facts.smoothing} of its own."
         return Answer(question, Word.NO, said, "theorem, parts (b) and (c)")
+    if not facts.convex:
+        said = "A loss is not convex: what it tends to may be a minimum that is not the least."
+        return Answer(question, Word.UNDECIDED, said, "second derivatives")
     found = search.smallest(SHOWS[question], FEW)
     end = None if found is None else _end(found)
     if found is None or end is None:
@@ -330,7 +343,7 @@ def _limit(search: Search, facts: Facts) -> Answer:
     shown = found.shown() | found.compared(end)
     said = f"It ends at F = {shown['F there']}, {shown['point']}; F = {shown['F elsewhere']} elsewhere."
     basis = "float64 iterates; F at both points in balls"
-    return _against(question, said, basis, shown, found, fault=facts.convex)
+    return _against(question, said, basis, shown, found)
 
 
 def _rises(instance: Instance) -> bool:

@@ -369,12 +369,13 @@ def _stops(loop: Loop, before: Mapping[str, Floats], after: Mapping[str, Floats]
 
 def _float_step(loop: Loop, point: Mapping[str, Floats]) -> dict[str, Floats] | None:
     """The next iterate; None where it is not finite. A residual of 0 is held by a large weight."""
-    if loop.update is not None or loop.at_zero == "leave":
+    if loop.update is not None:
         return _rounded_step(loop, point)
     objective, found = loop.objective, dict(point)
     with np.errstate(all="ignore"):
         weights = [_float_weight(part, k, objective, point) for k, part in enumerate(objective.parts)]
-    if any(np.isnan(weight) or weight < 0 for weight in weights):
+    leaves = loop.at_zero == "leave" and np.isinf(weights).any()
+    if leaves or any(np.isnan(weight) or weight < 0 for weight in weights):
         return _rounded_step(loop, point)
     held = HELD * max((weight for weight in weights if np.isfinite(weight)), default=1.0)
     for block in loop.groups:

@@ -19,7 +19,7 @@ from verification.reweighted.loops import Loop
 REACH = 8
 """Starts are sought up to this many times the spread of the zeros outside of it."""
 
-STARTS = 12
+STARTS = 8
 """Starts that are tried between two zeros."""
 
 

@@ -88,7 +88,8 @@ class Affine:
 
     def __add__(self, other: Any) -> "Affine":
         if not isinstance(other, Affine):
-            other = constant(other)
+            given = fractions(other)
+            other = constant(np.full(self.shape, given[()]) if given.shape == () else given)
         if other.shape != self.shape:
             raise InputError(
                 "affine expressions", value=(self.shape, other.shape), must="must have one shape to add"
@@ -101,7 +102,7 @@ class Affine:
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> "Affine":
-        return self + (other if isinstance(other, Affine) else constant(other)) * -1
+        return self + (other * -1 if isinstance(other, Affine) else -fractions(other))
 
     def __rsub__(self, other: Any) -> "Affine":
         return (-self).__add__(other)

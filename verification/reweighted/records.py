@@ -13,7 +13,7 @@ from convexperc.report.backend import load_matplotlib
 from verification.exact.balls import precision
 from verification.provenance import digest
 from verification.reweighted.answers import Answers, Word
-from verification.reweighted.gallery.cases import CASES
+from verification.reweighted.gallery import CASES
 from verification.reweighted.instances import BITS, Instance, exact_run, instance, shown_number, shown_point
 from verification.reweighted.judging import SHOWS, judge_loop
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from itertools import product
+from itertools import pairwise, product
 from types import MappingProxyType
 from typing import Any
 
@@ -20,6 +20,7 @@ from flint import arb, fmpq
 from convexperc.errors import InputError
 from verification.exact.balls import UnresolvedError, precision
 from verification.reweighted.answers import Answer, Answers, Word
+from verification.reweighted.deadline import at_most
 from verification.reweighted.dimensions import POWERS, degree
 from verification.reweighted.expressions import (
     Given,
@@ -37,6 +38,9 @@ from verification.reweighted.signs import BITS, Decision, never_positive, points
 
 SQUARES = {"r**2": sp.Integer(1), "r**2/2": sp.Rational(1, 2)}
 """What a weight multiplies, and its factor."""
+
+SECONDS = 20
+"""Longest that SymPy may take for one question."""
 
 DIGITS = 12
 """Of a ball that is shown."""
@@ -224,11 +228,22 @@ def judge_term(
 
 @lru_cache(maxsize=4096)
 def _judged(term: Term) -> Answers:
-    descends, tangent = _descends(term), _tangent(term)
+    descends, tangent = _within(_descends, term), _within(_tangent, term)
     if _smooths(term, descends):
         tangent = replace(tangent, fault=False)
-    answers = (tangent, _majorises(term), _sign(term), _at_zero(term), _units(term), descends, _convex(term))
-    return Answers(term.title, answers)
+    rest = [_within(each, term) for each in (_majorises, _sign, _at_zero, _units)]
+    return Answers(term.title, (tangent, *rest, descends, _within(_convex, term)))
+
+
+def _within(question: Callable[[Term], Answer], term: Term) -> Answer:
+    """The answer to a question, undecided where SymPy does not end in time or finds no form."""
+    name = question.__name__.removeprefix("_").replace("_", " ")
+    try:
+        with at_most(SECONDS):
+            return question(term)
+    except (TimeoutError, NotImplementedError, RecursionError) as fault:
+        why = f"not decided within {SECONDS} s" if isinstance(fault, TimeoutError) else f"SymPy: {fault}"
+        return Answer(name, Word.UNDECIDED, "It was not decided.", why)
 
 
 def _smooths(term: Term, descends: Answer) -> bool:
@@ -240,8 +255,11 @@ def _smooths(term: Term, descends: Answer) -> bool:
 def _tangent(term: Term) -> Answer:
     question, undecided = "tangent", False
     for side in term.sides:
+        jump = _jump(side)
+        if jump is not None:
+            return jump
         for lower, upper, loss, weight in side.both:
-            difference = sp.simplify(side.slope(weight) - sp.diff(loss, R))
+            difference = _simplified(side.slope(weight) - sp.diff(loss, R))
             if difference == 0:
                 continue
             point = _differs_at(difference, lower, upper)
@@ -257,6 +275,31 @@ def _tangent(term: Term) -> Answer:
         )
     given = "weight(r) square'(r) - loss'(r) = 0 on each interval, simplified by SymPy"
     return Answer(question, Word.YES, "The weighted square has the slope of the loss at every r_i.", given)
+
+
+def _simplified(difference: Any) -> Any:
+    """The difference, 0 where SymPy finds that, also in exponentials for hyperbolic functions."""
+    found = sp.simplify(difference)
+    hyperbolic = found != 0 and found.has(sp.tanh, sp.sinh, sp.cosh, sp.coth)
+    return sp.S.Zero if hyperbolic and sp.simplify(difference.rewrite(sp.exp)) == 0 else found
+
+
+def _jump(side: Side) -> Answer | None:
+    """What is said where the loss jumps as its formula changes; None where it does not."""
+    for before, after in pairwise(side.loss):
+        low, high = (
+            sp.limit(each.expression, R, before.upper, way) for each, way in ((before, "-"), (after, "+"))
+        )
+        difference = sp.simplify(high - low)
+        if difference == 0:
+            continue
+        said = f"The loss jumps at r = {side.sign}{before.upper}, and what a weight descends does not."
+        shown = {"r": f"{side.sign}{before.upper}", "loss before": str(low), "loss after": str(high)}
+        with precision(BITS):
+            if difference.is_number and not arb(evaluate(difference, fmpq(0))).contains(0):
+                return Answer("tangent", Word.NO, said, "limits by SymPy", shown, fault=True)
+        return Answer("tangent", Word.UNDECIDED, "Whether the loss jumps was not decided.", "limits by SymPy")
+    return None
 
 
 def _differs_at(difference: Any, lower: Any, upper: Any) -> Fraction | None:
@@ -537,12 +580,14 @@ def _unlike(side: Side, moved: Side, t: Fraction) -> dict[str, str] | None:
 
 def _descends(term: Term) -> Answer:
     question = "descends"
+    if any(_jump(side) is not None for side in term.sides):
+        said = "It descends the integral of the weight, which has no jumps; the stated loss has one."
+        return Answer(question, Word.NO, said, "limits by SymPy")
     distances = [_distance(side) for side in term.sides]
     known = [each for each in distances if each is not None]
-    formulas = [_integral(side) for side in term.sides]
     if all(each == (0, 0) for each in distances):
         return Answer(question, Word.YES, "It descends the stated loss.", "weight(r) square'(r) = loss'(r)")
-    shown = " and ".join(dict.fromkeys(formulas))
+    shown = " and ".join(dict.fromkeys(_integral(side) for side in term.sides))
     if len(known) < len(distances):
         said = f"It descends {shown}; how far that is from the stated loss was not decided."
         return Answer(question, Word.UNDECIDED, said, "integral of the weight by SymPy")
@@ -575,7 +620,7 @@ def _distance(side: Side) -> tuple[Any, Any] | None:
     """Least and largest value of the loss less what the weight descends, from 0 at r = 0; None: not found."""
     level, ends = sp.S.Zero, [sp.S.Zero]
     for lower, upper, loss, weight in side.both:
-        slope = sp.simplify(sp.diff(loss, R) - side.slope(weight))
+        slope = _simplified(sp.diff(loss, R) - side.slope(weight))
         if slope == 0:
             continue
         monotone = any(never_positive(sign * slope, lower, upper).word is Word.YES for sign in (1, -1))
@@ -626,6 +671,3 @@ def _listed(steps: list[str]) -> str:
 def _text(value: Any) -> str:
     """A rational as it is, a ball to some digits."""
     return str(value) if isinstance(value, fmpq) else arb(value).str(DIGITS, radius=False)
-
-
-Judge = Callable[[Term], Answer]

@@ -1,19 +1,22 @@
 """The page of findings: what it says is what the kit found, and its commands can be run."""
 
 import json
+import shlex
 from pathlib import Path
 
 import pytest
 
 from verification.conformance import adapters
 from verification.conformance.findings import PEERS, Peer, findings, markdown
+from verification.conformance.generated import BACKENDS
 from verification.conformance.vectors import VERSION
 
 REPORTS = Path(__file__).parents[3] / "reports"
 
 
 def test_every_peer_has_its_adapter():
-    assert all(callable(getattr(adapters, peer.adapter)) for peer in PEERS)
+    assert all(callable(getattr(adapters, peer.adapter)) for peer in PEERS if not peer.generated)
+    assert {shlex.split(peer.adapter)[1] for peer in PEERS if peer.generated} == set(BACKENDS)
     assert len({(peer.name, peer.tolerance) for peer in PEERS}) == len(PEERS)
 
 
@@ -33,7 +36,7 @@ def test_a_run_tells_counts_declined_requests_and_absent_peers():
         Peer("sklearn_lasso", "a lasso", "1e-4", ("scikit-learn",), "sklearn"),
         Peer("library", "nobody has it", "none", ("numpy",), "no_such_module"),
     )
-    record = findings(peers)
+    record = findings(peers, ())
     lasso, absent = record["solvers"]
     assert (
         lasso["declined"] + lasso["levels"]["L2"]["held"] + lasso["levels"]["L2"]["failed"] == lasso["asked"]

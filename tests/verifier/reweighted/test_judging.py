@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from convexperc.errors import InputError
 from verification.exact.balls import Numbers
-from verification.reweighted import Loop, Word, each_loss, norm, norm1, squares, variable
+from verification.reweighted import Answer, Loop, Word, each_loss, norm, norm1, squares, variable
 from verification.reweighted.judging import QUESTIONS, judge_loop
 from verification.reweighted.objective import Objective
 
@@ -73,7 +73,7 @@ def stale(points: list[int]) -> Loop:
     def update(point: Mapping[str, Numbers]) -> Mapping[str, Numbers]:
         weights = [1 / (1 + abs(p)) for p in map(int, points)]
         mean = sum(w * p for w, p in zip(weights, points, strict=True)) / sum(weights)
-        return {"x": [(point["x"][0] + int(round(mean))) / 2]}
+        return {"x": [(point["x"][0] + round(mean)) / 2]}
 
     return Loop(sum((norm(x - [p]) for p in points), Objective(())), update=update)
 
@@ -105,7 +105,7 @@ PLANTED: tuple[tuple[str, Build, Mapping[str, Any], str], ...] = (
     ("the paper's sign", views("1/(2*r)"), ROW, "descends"),
     ("the paper's factor of w", views("1/(4*abs(r))"), ROW, "descends"),
     ("the paper's factor of u", views("1/(2*abs(r))", "1/(4*r)"), ROW, "descends"),
-    ("the paper's factor, both from the last iterate", views("1/(4*abs(r))", "1/(4*r)", "jacobi"), ROW, "descends"),
+    ("the paper's factor, Jacobi", views("1/(4*abs(r))", "1/(4*r)", "jacobi"), ROW, "descends"),
     ("the mean in place of the median", mean, LINE, "descends"),
     ("weights that are never computed anew", stale, LINE, "descends"),
     ("squared distances in the weights of a median", median("1/r**2"), LINE, "descends"),
@@ -115,6 +115,7 @@ PLANTED: tuple[tuple[str, Build, Mapping[str, Any], str], ...] = (
     ("a width with a unit", location(HUBER, "1 if abs(r) <= c**2 else c**2/abs(r)", c=2), COLUMN, "units"),
     ("an absolute floor", median("1/(2*max(r, 0.01))", stop=None), LINE, "units"),
     ("an absolute stop", absolute_stop, LINE, "units"),
+    ("an absolute smoothing", lasso("1/(2*sqrt(r**2 + 1/10000))"), ROW, "units"),
     ("no rule at a residual of 0", median(at_zero="undefined"), LINE, "defined"),
     ("a median that rests at the data", median(), LINE, "starts"),
     ("a median that meets the data", median(), LINE, "zeros"),
@@ -125,7 +126,7 @@ PLANTED: tuple[tuple[str, Build, Mapping[str, Any], str], ...] = (
 
 @pytest.mark.parametrize(("name", "build", "data", "question"), PLANTED, ids=[each[0] for each in PLANTED])
 def test_a_planted_fault_is_named(name: str, build: Build, data: Mapping[str, Any], question: str) -> None:
-    answer = judge_loop(build, questions=(question,), **data)[question]
+    answer = judge_loop(build, examples=100, questions=(question,), **data)[question]
     assert answer.accuses, answer
     assert answer.instance
 
@@ -145,7 +146,6 @@ SOUND: tuple[tuple[str, Build, Mapping[str, Any]], ...] = (
     ("Welsch", location("c**2/2*(1 - exp(-(r/c)**2))", "exp(-(r/c)**2)", c=2), COLUMN),
     ("Geman and McClure", location("r**2/2/(1 + (r/c)**2)", "1/(1 + (r/c)**2)**2", c=2), COLUMN),
     ("smoothed absolute values", location("abs(r)", "1/(2*sqrt(r**2 + e**2))", "r**2", e="1/100"), COLUMN),
-    ("a smoothed lasso", lasso("1/(2*sqrt(r**2 + 1/10000))"), ROW),
 )
 
 
@@ -153,8 +153,7 @@ SOUND: tuple[tuple[str, Build, Mapping[str, Any]], ...] = (
 def test_a_sound_loop_is_not_accused(name: str, build: Build, data: Mapping[str, Any]) -> None:
     """But for what is true of every norm that is not smoothed: it rests at a residual of 0."""
     answers = judge_loop(build, examples=40, questions=("descends", "defined", "units", "limit"), **data)
-    smoothed = "1/10000" in str(answers)
-    assert {answer.question for answer in answers.faults} <= ({"units"} if smoothed else set()), answers
+    assert not answers.faults, answers
 
 
 def test_the_geometric_median_is_judged_as_its_history_says() -> None:
@@ -173,13 +172,16 @@ def test_the_geometric_median_is_judged_as_its_history_says() -> None:
 
 def test_three_blocks_from_the_last_iterate_rise_and_in_turn_they_do_not() -> None:
     def build(y: int, order: str) -> Loop:
-        parts = [variable(name, 1) for name in "abc"]
-        F = squares(parts[0] + parts[1] + parts[2] - [y]) + sum((norm1(part) for part in parts), Objective(()))
+        a, b, c = (variable(name, 1) for name in "abc")
+        F = squares(a + b + c - [y]) + norm1(a) + norm1(b) + norm1(c)
         return Loop(F, [["a"], ["b"], ["c"]], order)
 
-    y = st.integers(1, 9)
-    assert judge_loop(build, questions=("descends",), y=y, order=st.just("jacobi"))["descends"].accuses
-    assert judge_loop(build, questions=("descends",), y=y, order=st.just("gauss_seidel"))["descends"].word is Word.YES
+    def descends(order: str) -> Answer:
+        found = judge_loop(build, questions=("descends",), y=st.integers(1, 9), order=st.just(order))
+        return found["descends"]
+
+    assert descends("jacobi").accuses
+    assert descends("gauss_seidel").word is Word.YES
 
 
 def test_a_loop_is_built_or_refused() -> None:

@@ -1,0 +1,123 @@
+"""Random pairs: two derivations of the weight agree, and the campaign acquits and names."""
+
+import json
+
+import numpy as np
+import pytest
+import sympy as sp
+from typer.testing import CliRunner
+
+from verification.__main__ import app
+from verification.reweighted import campaign, measured, sampling
+from verification.reweighted.campaign import Settings, run
+from verification.reweighted.random_terms import FAULTS, draw
+
+RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
+
+
+@pytest.mark.parametrize("number", range(40))
+def test_loss_and_weight_in_float64_are_those_of_the_formulas(number):
+    drawn = draw(1, number)
+    loss, weight = drawn.functions()
+    term = drawn.term()
+    width = sp.Symbol("w", positive=True)
+    for r in (0.013, 0.7, 3.1, 40.0):
+        at = float(drawn.width) * r
+        exact = [
+            each.subs({symbol: sp.Float(at, 40) if symbol.name == "r" else sp.Rational(str(drawn.width))
+                       for symbol in each.free_symbols}).evalf(40)
+            for each in (term.loss_expression, term.weight_expression)
+        ]  # fmt: skip
+        assert width in term.loss_expression.free_symbols
+        assert np.isclose(float(loss(np.array(at))), float(exact[0]), rtol=1e-6, atol=1e-9)
+        assert np.isclose(float(weight(np.array(at))), float(exact[1]), rtol=1e-6, atol=1e-12)
+
+
+def test_a_campaign_acquits_the_sound_and_names_every_fault():
+    outcome = run(Settings(300, seed=5, mutants=2, exact=100))
+    assert outcome.clean, outcome.found
+    assert outcome.named, outcome.found
+    assert (outcome.measured.sound, outcome.measured.mutants) == (300, 150)
+    assert (outcome.exact.sound, outcome.exact.mutants) == (3, 3)
+
+
+def tail(r):
+    """A loss that is constant in float64 where r**2 > 14: it is a difference of too large numbers there."""
+    s = r * r
+    return np.where(s < 14, s, 14 + np.exp(14.0) * (1001 - np.exp(-s) - 1001 + np.exp(-14.0)))
+
+
+@pytest.mark.parametrize(("name", "value"), [("COARSE", 0.0), ("RESOLVED", 1e6)])
+def test_rounding_that_hides_in_most_windows_accuses_nobody(name, value, monkeypatch):
+    """A tail below the rounding of the loss, and a sum of which a small part has steps."""
+    pairs = {
+        "COARSE": (tail, lambda r: np.where(r * r < 14, 1.0, np.exp(14 - r * r)), "r**2"),
+        "RESOLVED": (*draw(0, 10855).functions(), draw(0, 10855).square),
+    }
+    assert measured.judge_functions(*pairs[name], formula=False).faults == ()
+    monkeypatch.setattr(sampling, name, value)
+    assert measured.judge_functions(*pairs[name], formula=False).faults != ()
+
+
+def test_every_kind_of_fault_is_drawn():
+    kinds = {draw(0, number, mutant=True).fault.split()[0] for number in range(200)}
+    assert len(kinds) == len(FAULTS) - 1  # factor 2 and factor 1/2 begin with one word
+
+
+def test_a_judge_that_accuses_the_sound_is_found_out(monkeypatch):
+    """Without an allowance for rounding the campaign is to fail."""
+    monkeypatch.setattr(measured, "sampled", without_noise(measured.sampled))
+    outcome = run(Settings(100, seed=5, mutants=0))
+    assert outcome.measured.accused > 0
+    assert not outcome.clean
+    assert all("accused" in each["wrong"] for each in outcome.found)
+
+
+def without_noise(sampled):
+    def changed(*arguments):
+        found = sampled(*arguments)
+        return type(found)(found.values, 0 * found.noise)
+
+    return changed
+
+
+def test_a_judge_that_overlooks_is_found_out(monkeypatch):
+    monkeypatch.setattr(measured, "TOLERANCE", 10.0)
+    outcome = run(Settings(40, seed=5, mutants=1))
+    assert outcome.clean
+    assert not outcome.named
+    assert any("not named" in each["wrong"] for each in outcome.found)
+
+
+def test_an_exception_is_that_of_one_pair(monkeypatch):
+    monkeypatch.setattr(campaign, "judge_functions", lambda *args, **kwargs: 1 / 0)
+    outcome = run(Settings(3, mutants=0))
+    assert (outcome.measured.crashed, outcome.measured.sound) == (3, 0)
+    assert not outcome.clean
+    assert "ZeroDivisionError" in outcome.found[0]["wrong"]
+
+
+def test_shards_change_nothing(monkeypatch):
+    whole = run(Settings(30, seed=2))
+    monkeypatch.setattr(campaign, "SHARD", 7)
+    assert run(Settings(30, seed=2)) == whole
+
+
+def test_the_command_runs_the_campaign_and_writes_it(tmp_path):
+    place = tmp_path / "kernels.json"
+    result = RUNNER.invoke(app, ["kernels", "--campaign", "40", "--seed", "3", "--json", str(place)])
+    assert result.exit_code == 0, result.output
+    assert (
+        "measured: 40 sound pairs, 0 accused; 2 planted faults, 2 caught, 2 named; 0 crashed" in result.output
+    )
+    data = json.loads(place.read_text(encoding="utf-8"))
+    assert data["schema"] == "convexperc/kernels/1"
+    assert data["command"] == "python -m verification kernels --campaign 40 --seed 3 --mutants 20 --exact 0"
+    assert data["measured"]["sound"] == 40
+
+
+def test_the_command_fails_where_a_sound_pair_is_accused(monkeypatch):
+    monkeypatch.setattr(measured, "sampled", without_noise(measured.sampled))
+    result = RUNNER.invoke(app, ["kernels", "--campaign", "60", "--mutants", "0"])
+    assert result.exit_code == 1, result.output
+    assert "accused" in result.output

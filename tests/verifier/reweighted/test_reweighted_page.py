@@ -1,0 +1,109 @@
+"""docs/reweighted.md: its files give what it says, by the command."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from verification.__main__ import app
+from verification.reweighted import judge_term
+from verification.reweighted.gallery import CASES
+from verification.reweighted.judging import QUESTIONS
+from verification.reweighted.records import stored, stored_records
+
+PAGE = Path(__file__).parents[3] / "docs" / "reweighted.md"
+RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
+
+
+def block(number: int) -> str:
+    return re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.S)[number]
+
+
+def table() -> dict[str, tuple[str, str]]:
+    """The answers that the page tells of its first file."""
+    rows = re.findall(
+        r"^\| (\w+) \| (yes|no|undecided) \| (.*) \|$", PAGE.read_text(encoding="utf-8"), flags=re.M
+    )
+    return {question: (word, statement) for question, word, statement in rows}
+
+
+def test_ten_lines_give_the_failure_and_the_repair(tmp_path: Path) -> None:
+    file, answers = tmp_path / "median.py", tmp_path / "answers.json"
+    file.write_text(block(0), encoding="utf-8")
+    assert len([line for line in block(0).splitlines() if line.strip()]) <= 10
+    done = RUNNER.invoke(app, ["loops", str(file), "--json", str(answers)])
+    assert done.exit_code == 1, done.output
+    found = {each["question"]: each for each in json.loads(answers.read_text(encoding="utf-8"))["answers"]}
+    told = table()
+    assert set(told) < set(found)
+    for question, (word, statement) in told.items():
+        assert (found[question]["answer"], found[question]["statement"]) == (word, statement)
+
+    file.write_text(block(0).replace('at_zero="hold"', 'at_zero="leave"'), encoding="utf-8")
+    done = RUNNER.invoke(app, ["loops", str(file)])
+    assert done.exit_code == 0, done.output
+
+
+def test_twenty_lines_give_the_papers_rise(tmp_path: Path) -> None:
+    file, answers = tmp_path / "paper.py", tmp_path / "answers.json"
+    file.write_text(block(1), encoding="utf-8")
+    assert len([line for line in block(1).splitlines() if line.strip()]) <= 20
+    done = RUNNER.invoke(app, ["loops", str(file), "--json", str(answers)])
+    assert done.exit_code == 1, done.output
+    rise = json.loads(answers.read_text(encoding="utf-8"))["answers"][0]
+    first, second = re.search(
+        r"rises from (\S+) to (\S+) in the second", PAGE.read_text(encoding="utf-8")
+    ).groups()  # type: ignore[union-attr]
+    assert rise["statement"] == f"F rises in iteration 2, from {first} to {second}."
+
+
+def test_the_second_pair_is_what_the_page_says() -> None:
+    lines = [line for line in block(2).splitlines() if line.startswith("print(")]
+    smoothed, wrong = (eval(line.removeprefix("print")) for line in lines)
+    assert not smoothed.faults
+    assert {answer.question for answer in wrong.faults} == {"tangent", "units"}
+    assert judge_term is not None
+
+
+def test_the_programs_of_the_page_are_judged_as_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    exec(compile(block(3), str(PAGE), "exec"), {})
+    floored, exact = capsys.readouterr().out.split("exact, tolerance", maxsplit=1)
+    assert re.search(r"as given +yes", floored)
+    assert re.search(r"other units +no", floored)
+    assert " no " not in exact.replace("It gave no warnings.", "")
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_gallery_is_stored_with_the_answers_of_every_case(case: str) -> None:
+    assert [answer["question"] for answer in stored()["cases"][case]["answers"]] == list(QUESTIONS)
+
+
+@pytest.mark.parametrize("name", list(stored_records()))
+def test_a_stored_instance_is_confirmed_again(name: str) -> None:
+    record = stored_records()[name]
+    assert record.is_confirmed
+    assert record.table(2)
+
+
+def test_a_stored_instance_is_replayed(tmp_path: Path) -> None:
+    name = next(name for name in stored_records() if name.startswith("paper-printed-descends"))
+    picture = tmp_path / "F.svg"
+    done = RUNNER.invoke(app, ["loops", name, "--plot", str(picture)])
+    assert done.exit_code == 0, done.output
+    assert "confirmed again" in done.output
+    assert picture.read_bytes().startswith(b"<?xml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "what"),
+    [
+        (["no-such-case"], "must be one of"),
+        (["nowhere.py"], "must be a Python file"),
+    ],
+)
+def test_misuse_of_the_command(arguments: list[str], what: str) -> None:
+    done = RUNNER.invoke(app, ["loops", *arguments])
+    assert done.exit_code == 2
+    assert what in done.output.replace("\n", " ")
