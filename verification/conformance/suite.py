@@ -197,6 +197,7 @@ def run(
     *,
     known: Known | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    of: Vectors | None = None,
 ) -> Report:
     """Ask every vector of the selection, judge the answers, and end the solver.
 
@@ -205,7 +206,7 @@ def run(
     InputError
         Nothing matches.
     """
-    all_of, known = all_vectors(), known or {}
+    all_of, known = all_vectors() if of is None else of, known or {}
     problems, sets, malformed = _selected(all_of, selection)
     malformed = [each for each in malformed if door.reads_lines or each.callable]
     total = len(problems) + len(sets) + len(malformed)
