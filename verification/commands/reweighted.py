@@ -86,11 +86,22 @@ def _stated(file: Path) -> tuple[Callable[..., Any], Mapping[str, Any]]:
     if spec is None or spec.loader is None or not file.is_file():
         raise InputError("FILE", value=str(file), must="must be a Python file")
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as fault:
+        must = "must be a Python file that can be run"
+        raise InputError(str(file), value=f"{type(fault).__name__}: {fault}", must=must) from fault
     build, data = getattr(module, "build", None), getattr(module, "data", None)
-    if not callable(build) or not isinstance(data, Mapping):
-        raise InputError("FILE", value=str(file), must="must have a function `build` and a mapping `data`")
+    if not callable(build) or not isinstance(data, Mapping) or not all(map(_is_strategy, data.values())):
+        must = "must have a function `build`, and a mapping `data` of Hypothesis strategies"
+        raise InputError("FILE", value=str(file), must=must)
     return build, data
+
+
+def _is_strategy(value: object) -> bool:
+    from hypothesis.strategies import SearchStrategy  # noqa: PLC0415
+
+    return isinstance(value, SearchStrategy)
 
 
 def _list() -> None:

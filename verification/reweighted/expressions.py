@@ -60,6 +60,8 @@ OPERATIONS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Pow: lambda a, b: a**b,
 }
 
+LARGEST_POWER = 20
+
 Given: TypeAlias = Any
 """A function of r: text, a SymPy expression, or a Python function that takes one."""
 
@@ -123,7 +125,14 @@ def read(given: Given, names: Sequence[str] = ()) -> sp.Expr:
             raise _refused(str(given), f"must have no symbols but {', '.join(known)}, not {', '.join(odd)}")
         return given.subs({each: known[each.name] for each in given.free_symbols})
     if callable(given):
-        found = given(signed_variable())
+        try:
+            found = given(signed_variable())
+        except Exception as fault:
+            raised = type(fault).__name__
+            must = f"must take a SymPy symbol (it raised {raised}); `judge_functions` measures others"
+            raise _refused(repr(given), must) from None
+        if not isinstance(found, sp.Expr | int | float | Fraction):
+            raise _refused(repr(found), "must be an expression of r")
         return sp.sympify(found)
     raise _refused(repr(given), "must be text, a SymPy expression or a Python function")
 
@@ -148,7 +157,10 @@ class _Reader:
             case ast.UnaryOp(op=ast.USub(), operand=inner):
                 return -self.value(inner)
             case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATIONS:
-                return OPERATIONS[type(op)](self.value(left), self.value(right))
+                first, second = self.value(left), self.value(right)
+                if isinstance(op, ast.Pow) and second.is_number and abs(second) > LARGEST_POWER:
+                    raise _refused(self.text, f"must have powers up to {LARGEST_POWER}")
+                return OPERATIONS[type(op)](first, second)
             case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in FUNCTIONS:
                 return FUNCTIONS[name](*(self.value(arg) for arg in args))
             case ast.IfExp(test=test, body=body, orelse=other):
@@ -382,9 +394,19 @@ def substituted(expression: Any, values: Mapping[str, Any]) -> Any:
 
 
 def exactly(value: Any) -> sp.Rational:
-    """A number as a rational: floats by their shortest decimal, text and Fractions as they are."""
-    if isinstance(value, sp.Rational):
+    """A number as a rational: floats by their shortest decimal; text, p/q or decimal; Fractions as they are.
+
+    Raises
+    ------
+    InputError
+        It is no finite number.
+    """
+    if isinstance(value, sp.Rational) and value.is_finite:
         return value
-    if isinstance(value, Fraction):
-        return sp.Rational(value.numerator, value.denominator)
-    return sp.Rational(repr(value) if isinstance(value, float) else str(value))
+    try:
+        found = Fraction(repr(float(value)) if isinstance(value, float) else str(value).strip())
+    except (ValueError, ZeroDivisionError):
+        raise InputError(
+            "number", value=value, must="must be a finite number, or text such as 1.345 or 1/3"
+        ) from None
+    return sp.Rational(found.numerator, found.denominator)

@@ -223,12 +223,30 @@ def instance(build: Build, data: Mapping[str, Any], start: Mapping[str, Any]) ->
     return Instance(data, loop, {name: tuple(Fraction(x) for x in values) for name, values in start.items()})
 
 
+def _built(build: Build, data: Mapping[str, Any]) -> Loop:
+    """What `build` returns.
+
+    Raises
+    ------
+    InputError
+        It raises, or returns something else.
+    """
+    try:
+        loop = build(**data)
+    except InputError:
+        raise
+    except (Exception, SystemExit) as fault:
+        must = "must take the data that are drawn, and return a Loop"
+        raise InputError("build", value=f"{type(fault).__name__}: {fault}", must=must) from fault
+    if not isinstance(loop, Loop):
+        raise InputError("build", value=type(loop).__name__, must="must return a Loop")
+    return loop
+
+
 @st.composite
 def _instances(draw: st.DrawFn, build: Build, data: Data) -> Instance:
     given = draw(data)
-    loop = build(**given)
-    if not isinstance(loop, Loop):
-        raise InputError("build", value=type(loop).__name__, must="must return a Loop")
+    loop = _built(build, given)
     start = dict(loop.start or {})
     for name, size in loop.objective.sizes.items():
         if name not in start:

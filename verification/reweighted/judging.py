@@ -42,7 +42,7 @@ AFTER = 200
 SMALL = 1e-10
 """Share of the iterate; steps below it are an end, where the loop has no rule of its own."""
 
-QUESTIONS = ("descends", "defined", "starts", "zeros", "units", "limit")
+QUESTIONS = ("terms", "descends", "defined", "starts", "zeros", "units", "limit")
 
 UNITS = tuple(Fraction(2) ** k for k in (-10, -20, -30, 20))
 """Data in other units: multiplied by these, which float64 does exactly."""
@@ -71,10 +71,11 @@ def judge_loop(
     Returns
     -------
     Answers
-        ``descends``: does F never rise? ``defined``: is there always an update? ``starts`` and ``zeros``:
-        does it leave a residual of 0 that is not optimal, at the start, or met later? ``units``: does it
-        end near the optimum when the data are in another unit, if it does in theirs? ``limit``: is what it
-        tends to the optimum? A NO has the smallest instance that was found.
+        ``terms``: is something wrong with a loss and its weight? ``descends``: does F never rise?
+        ``defined``: is there always an update? ``starts`` and ``zeros``: does it leave a residual of 0 that
+        is not optimal, at the start, or met later? ``units``: does it end near the optimum when the data
+        are in another unit, if it does in theirs? ``limit``: is what it tends to the optimum? A NO has the
+        smallest instance that was found.
 
     Raises
     ------
@@ -114,6 +115,8 @@ class Facts:
         Every weight follows a change of unit, and the loop has no stopping rule of its own.
     given_start : bool
         The loop says where it starts.
+    terms : tuple of Answers
+        About each loss with its weight.
     """
 
     majorised: bool
@@ -125,6 +128,7 @@ class Facts:
     smoothing: str
     free_of_units: bool
     given_start: bool
+    terms: tuple[Answers, ...]
 
     @classmethod
     def of(cls, loops: Sequence[Loop]) -> "Facts":
@@ -149,6 +153,7 @@ class Facts:
             _distance(terms),
             every("units") and all(loop.update is None and loop.stop is None for loop in loops),
             any(loop.start is not None for loop in loops),
+            tuple(terms),
         )
 
     @property
@@ -165,12 +170,34 @@ class Facts:
 def _distance(terms: Sequence[Answers]) -> str:
     if any(answers["tangent"].word is not Word.YES and answers["tangent"].accuses for answers in terms):
         return ""
-    reaches = [answers["descends"].instance.get("distance") for answers in terms]
+    smoothed = [answers for answers in terms if answers["tangent"].word is Word.NO]
+    reaches = [answers["descends"].instance.get("distance") for answers in smoothed]
+    if None in reaches:
+        return "a share of its own that vanishes far from 0, not"
     return _largest([reach for reach in reaches if reach])
 
 
 def _largest(reaches: Sequence[str]) -> str:
     return max(reaches, key=lambda reach: float(sp.sympify(reach)), default="")
+
+
+def _terms(search: Search, facts: Facts) -> Answer:
+    question, basis = "terms", "`judge_term` of each loss and its weight"
+    wrong = [
+        f"{each.subject}: {answer.question}: {answer.statement}"
+        for each in facts.terms
+        for answer in each.faults
+    ]
+    if wrong:
+        return Answer(question, Word.NO, " ".join(wrong), basis)
+    said = "Every weight is tangent to its loss, or smooths it, and never rises."
+    if any(
+        each[asked].word is Word.UNDECIDED
+        for each in facts.terms
+        for asked in ("tangent", "majorises", "sign")
+    ):
+        return Answer(question, Word.UNDECIDED, "Of a loss and its weight something was not decided.", basis)
+    return Answer(question, Word.YES, said, basis)
 
 
 def _descends(search: Search, facts: Facts) -> Answer:
@@ -401,6 +428,7 @@ SHOWS: dict[str, Callable[[Instance], bool]] = {
 """What an instance shows where the answer to a question is NO."""
 
 ANSWERS: dict[str, Callable[[Search, Facts], Answer]] = {
+    "terms": _terms,
     "descends": _descends,
     "defined": _defined,
     "starts": _starts,

@@ -137,6 +137,9 @@ FLOAT_BITS = 128
 HELD = 1e20
 """Weight in float64 that holds a residual at 0, as a multiple of the largest other one."""
 
+LARGEST = 1e200
+"""Weight in float64 above which a system is not formed from it."""
+
 INFINITE = "infinite"
 """A weight that grows without bound."""
 
@@ -377,17 +380,22 @@ def _float_step(loop: Loop, point: Mapping[str, Floats]) -> dict[str, Floats] | 
     leaves = loop.at_zero == "leave" and np.isinf(weights).any()
     if leaves or any(np.isnan(weight) or weight < 0 for weight in weights):
         return _rounded_step(loop, point)
-    held = HELD * max((weight for weight in weights if np.isfinite(weight)), default=1.0)
+    held = min(HELD * max((weight for weight in weights if np.isfinite(weight)), default=1.0), LARGEST)
     for block in loop.groups:
         seen = found if loop.order == "gauss_seidel" else point
         rows, values = [], []
         for weight, (matrices, b) in zip(weights, objective.in_arrays, strict=True):
-            root = np.sqrt(weight if np.isfinite(weight) else held)
-            whole = sum((A @ seen[name] for name, A in matrices.items()), b)
+            root = np.sqrt(min(weight, held))
+            with np.errstate(all="ignore"):
+                whole = sum((A @ seen[name] for name, A in matrices.items()), b)
             columns = [matrices.get(name, np.zeros((len(b), objective.sizes[name]))) for name in block]
             rows.append(root * np.hstack(columns))
             values.append(root * whole)
-        move = np.linalg.lstsq(np.vstack(rows), -np.concatenate(values), rcond=None)[0]
+        with np.errstate(all="ignore"):
+            system, right = np.vstack(rows), -np.concatenate(values)
+        if not (np.isfinite(system).all() and np.isfinite(right).all()):
+            return None
+        move = np.linalg.lstsq(system, right, rcond=None)[0]
         at = 0
         for name in block:
             found[name] = seen[name] + move[at : at + objective.sizes[name]]

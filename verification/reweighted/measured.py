@@ -45,6 +45,9 @@ FAR = 1e-9
 FEWEST = 20
 """Windows, or points, without which nothing is said."""
 
+FAR_WINDOWS, OCTAVES = 40, 5
+"""Windows beyond the last difference, and octaves below it, that tell a smoothing from another weight."""
+
 PAIRS = slice(3, None, 8)
 """One window of each octave: these are compared with one another."""
 
@@ -195,7 +198,7 @@ def _sides(loss: Function, weight: Function, factor: float, signed: bool) -> tup
 
 
 def _tangent(sides: tuple[MeasuredSide, ...]) -> Answer:
-    judged, worst = 0, None
+    judged, worst, smoothing = 0, None, True
     for side in sides:
         secants, noise = side.secants
         least, largest, _ = side.ranges
@@ -208,15 +211,33 @@ def _tangent(sides: tuple[MeasuredSide, ...]) -> Answer:
             usable = np.isfinite(outside) & (noise[..., 0] <= 0.1 * np.where(size > 0, size, 1.0))
             share = np.where(usable & (outside > 0), outside / size, 0.0)
         judged += int(usable.sum())
+        smoothing = smoothing and _is_smoothing(side, share > 0, usable)
         if share.max() > 0 and (worst is None or share.max() > worst[0]):
             worst = share.max(), side, np.unravel_index(_plain(share, GRID[..., 0]), share.shape)
     if worst is not None:
-        return _not_tangent(sides, worst[1], worst[2])
+        return replace(_not_tangent(sides, worst[1], worst[2]), fault=not smoothing)
     if judged < FEWEST:
         said = "Too few residuals have a finite loss and weight that rounding does not hide."
         return Answer("tangent", Word.UNDECIDED, said, f"{ROOTED}: {judged} windows")
     said = f"No difference between the slopes of loss and weighted square at {judged} residuals."
     return Answer("tangent", Word.YES, said, _measured("secants against weights"))
+
+
+def _is_smoothing(side: MeasuredSide, wrong: np.ndarray, usable: np.ndarray) -> bool:
+    """Whether the weight differs near 0 alone, where it is bounded and the tangent one of a kink is not."""
+    if not wrong.any():
+        return True
+    r, secants = GRID[..., 0], side.secants[0][..., 2]
+    beyond = usable & (r > r[wrong].max())
+    near = np.flatnonzero((wrong & usable & (secants > 0)).any(axis=1))
+    if beyond.sum() < FAR_WINDOWS or near.size < OCTAVES:
+        return False
+    first, later = near[0], near[OCTAVES - 1]
+    grows = (
+        secants[first][usable[first]].max() > 2.0 ** (later - first - 1) * secants[later][usable[later]].max()
+    )
+    bounded = side.ranges[1][first].max() <= (1 + 1e-2) * side.ranges[1][later].max()
+    return bool(grows and bounded)
 
 
 def _plain(shares: np.ndarray, r: np.ndarray) -> int:

@@ -432,7 +432,7 @@ def _in_floats(term: Term, values: NDArray[np.float64], which: str) -> float:
     for piece in function:
         if size <= float(piece.upper):
             with np.errstate(all="ignore"):
-                return float(_compiled(piece.expression)(size))
+                return float(_compiled(piece.expression)(np.float64(size)))
     return np.nan
 
 

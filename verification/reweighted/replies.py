@@ -88,7 +88,7 @@ def ask(
             values = _values(found, objective)
         except refusals as fault:
             kind, values, text = Kind.REFUSED, {}, _shown(fault)
-        except Exception as fault:  # whatever a program raises is what came of it
+        except (Exception, SystemExit, GeneratorExit) as fault:  # whatever it raises is what came of it
             kind, values, text = Kind.RAISED, {}, _shown(fault)
         else:
             kind, text = Kind.ANSWER, ""
@@ -101,8 +101,16 @@ def ask(
     return Reply(kind, values, text, tuple(shown)[:KEPT], told)
 
 
-def _shown(fault: Exception) -> str:
-    return f"{type(fault).__name__}: {escaped(str(fault))[:200]}"
+def _shown(fault: BaseException) -> str:
+    return f"{type(fault).__name__}: {escaped(_text(fault, str))[:200]}"
+
+
+def _text(value: Any, how: Callable[[Any], str]) -> str:
+    """What an object says of itself; a fault of its own is told in place of it."""
+    try:
+        return how(value)
+    except Exception as fault:
+        return f"({type(fault).__name__} in {how.__name__})"
 
 
 def _values(found: Any, objective: Objective) -> dict[str, NDArray[np.float64]]:
@@ -114,7 +122,8 @@ def _values(found: Any, objective: Objective) -> dict[str, NDArray[np.float64]]:
     values = {}
     for name, size in objective.sizes.items():
         try:
-            entries = np.asarray(found[name], dtype=np.float64).ravel()
+            given = np.asarray(found[name])
+            entries = given.astype(np.float64).ravel() if given.dtype.kind in "fiuO" else np.empty(0)
         except (KeyError, TypeError, ValueError):
             return {}
         if entries.size != size:
@@ -125,7 +134,7 @@ def _values(found: Any, objective: Objective) -> dict[str, NDArray[np.float64]]:
 
 def _described(found: Any, objective: Objective) -> str:
     wanted = ", ".join(f"{name} with {size} numbers" for name, size in objective.sizes.items())
-    return f"The answer must hold {wanted}; it is {escaped(repr(found))[:120]}."
+    return f"The answer must hold {wanted}; it is {escaped(_text(found, repr))[:120]}."
 
 
 def accepted(build: Callable[..., Objective], data: Data) -> Data:

@@ -23,12 +23,14 @@ from verification.reweighted.answers import Answer, Answers, Word
 from verification.reweighted.deadline import at_most
 from verification.reweighted.dimensions import POWERS, degree
 from verification.reweighted.expressions import (
+    VARIABLE,
     Given,
     Pieces,
     R,
     at,
     common,
     evaluate,
+    exactly,
     half,
     pieces,
     read,
@@ -83,7 +85,10 @@ class Term:
         if self.square not in SQUARES:
             raise InputError("square", value=self.square, must=f"must be one of {', '.join(SQUARES)}")
         for name, value in self.widths.items():
-            if not bool(sp.sympify(str(value)) > 0):
+            if not str(name).isidentifier() or name == VARIABLE:
+                must = f"must be a name other than {VARIABLE}"
+                raise InputError("widths", value=name, must=must)
+            if not exactly(value) > 0:
                 raise InputError(f"widths[{name!r}]", value=value, must="must be a positive number")
         object.__setattr__(self, "widths", MappingProxyType(dict(self.widths)))
         _ = self.sides
@@ -229,7 +234,7 @@ def judge_term(
 @lru_cache(maxsize=4096)
 def _judged(term: Term) -> Answers:
     descends, tangent = _within(_descends, term), _within(_tangent, term)
-    if _smooths(term, descends):
+    if tangent.accuses and _smooths(term):
         tangent = replace(tangent, fault=False)
     rest = [_within(each, term) for each in (_majorises, _sign, _at_zero, _units)]
     return Answers(term.title, (tangent, *rest, descends, _within(_convex, term)))
@@ -246,10 +251,18 @@ def _within(question: Callable[[Term], Answer], term: Term) -> Answer:
         return Answer(name, Word.UNDECIDED, "It was not decided.", why)
 
 
-def _smooths(term: Term, descends: Answer) -> bool:
-    """Whether what it descends is the stated loss, which is unbounded, up to a bounded distance."""
-    unbounded = all(sp.limit(side.loss[-1].expression, R, sp.oo) is sp.oo for side in term.sides)
-    return unbounded and "distance" in descends.instance
+def _smooths(term: Term) -> bool:
+    """Whether the weight is the tangent one of a kink at 0, smoothed: bounded there, the same far away."""
+    return all(_is_smoothing(side) for side in term.sides)
+
+
+def _is_smoothing(side: Side) -> bool:
+    first, last = side.both[0], side.both[-1]
+    kink = sp.limit(sp.diff(first[2], R) / R, R, 0, "+") is sp.oo
+    bounded = sp.limit(first[3], R, 0, "+")
+    far = sp.limit(side.slope(last[3]) / sp.diff(last[2], R), R, sp.oo) if sp.diff(last[2], R) != 0 else None
+    unbounded = sp.limit(last[2], R, sp.oo) is sp.oo
+    return bool(kink and unbounded and bounded.is_number and bounded.is_finite and far == 1)
 
 
 def _tangent(term: Term) -> Answer:
@@ -537,7 +550,7 @@ def _unit_fault(term: Term, power: Any) -> Answer:
     side = term.sides[0]
     for t in (Fraction(1, 1000), Fraction(10), Fraction(1, 10**6), Fraction(1000)):
         scaled = {
-            name: sp.sympify(str(value)) * sp.Rational(t.numerator, t.denominator) ** power
+            name: exactly(value) * sp.Rational(t.numerator, t.denominator) ** power
             for name, value in term.widths.items()
         }
         try:

@@ -61,7 +61,6 @@ FAULTY = {
     "twice": (lambda r: np.log(1 + r * r), lambda r: 2 / (1 + r * r), WHOLE, "tangent"),
     "0.3 percent": (huber, lambda r: 1.003 * huber_weight(r), HALF, "tangent"),
     "unit of the width": (lambda r: np.log(1 + r * r / 9), lambda r: 1 / (1 + r * r / 9), WHOLE, "tangent"),
-    "absolute floor": (lambda r: r, lambda r: 1 / np.maximum(r, 1e-6), HALF, "tangent"),
     "unit of an absolute floor": (lambda r: r, lambda r: 1 / np.maximum(r, 1e-6), HALF, "units"),
     "other function": (huber, lambda r: 1 / (1 + r * r), HALF, "tangent"),
     "threshold": (huber, lambda r: huber_weight(r, 2.6), HALF, "tangent"),
@@ -94,7 +93,7 @@ def test_a_factor_is_told_only_where_it_is_one_number():
     loss, weight, square, _ = FAULTY["twice"]
     said = judge_functions(loss, weight, square, formula=False)["tangent"].statement
     assert "2 times the tangent one" in said
-    for name in ("threshold", "end of the weight", "absolute floor"):
+    for name in ("threshold", "end of the weight", "unit of an absolute floor"):
         loss, weight, square, _ = FAULTY[name]
         said = judge_functions(loss, weight, square, formula=False)["tangent"].statement
         assert "times the tangent" not in said

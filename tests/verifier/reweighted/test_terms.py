@@ -2,9 +2,11 @@
 
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
-from verification.reweighted import Word, judge_term
+from convexperc.errors import InputError
+from verification.reweighted import Word, judge_functions, judge_term
 from verification.reweighted.losses import LOSSES
 
 HUBER = "r**2/2 if r <= c else c*r - c**2/2"
@@ -26,10 +28,8 @@ FAULTS = {
     "norm, unit of 1/r**2": ("r", "1/r**2", "r**2/2", {}, False, "units"),
     "norm, sign": ("r", "-1/r", "r**2/2", {}, False, "sign"),
     "norm, absolute value missing": ("abs(r)", "1/r", "r**2/2", {}, True, "sign"),
-    "norm, absolute floor": ("r", "1/max(r, 0.000001)", "r**2/2", {}, False, "tangent"),
     "norm, unit of an absolute floor": ("r", "1/max(r, 0.000001)", "r**2/2", {}, False, "units"),
-    "norm, added absolute number": ("r", "1/(r + 0.000001)", "r**2/2", {}, False, "tangent"),
-    "norm, smoothed in the weight alone": ("r", "1/sqrt(r**2 + c**2)", "r**2/2", C, False, "tangent"),
+    "norm, added absolute number": ("r", "1/(r + 0.000001)", "r**2/2", {}, False, "units"),
     "norm, weight of the square": ("r", "1", "r**2", {}, False, "tangent"),
     "square, weight of the norm": ("r**2", "1/(2*r)", "r**2", {}, False, "tangent"),
     "huber, twice": (HUBER, "2 if r <= c else 2*c/r", "r**2/2", C, False, "tangent"),
@@ -93,3 +93,55 @@ def test_pairs_that_are_known_not_to_majorise_are_tangent_all_the_same(loss):
 def test_a_constant_factor_is_told(factor, weight):
     said = judge_term("r", weight, square="r**2")["tangent"].statement
     assert said.startswith(f"The weight is {factor} times the tangent one")
+
+
+@pytest.mark.parametrize("weight", ["1/sqrt(r**2 + c**2)", "1/max(r, c)", "1/(r + c)"])
+def test_a_smoothed_kink_is_described_and_not_accused(weight):
+    """By formula, and measured; what it descends instead is told."""
+    widths = {"c": "1/1000000"}
+    answers = judge_term("r", weight, square="r**2/2", widths=widths)
+    assert answers["tangent"].word is Word.NO
+    assert answers["descends"].word is Word.NO
+    assert not answers.faults
+    given = {
+        "1/sqrt(r**2 + c**2)": lambda r: 1 / np.sqrt(r * r + 1e-12),
+        "1/max(r, c)": lambda r: 1 / np.maximum(r, 1e-6),
+    }
+    function = given.get(weight, lambda r: 1 / (r + 1e-6))
+    found = judge_functions(np.abs, function, formula=False)
+    assert found["tangent"].word is Word.NO
+    assert not found["tangent"].accuses, str(found)
+
+
+def test_a_bounded_weight_that_differs_far_away_is_accused():
+    assert judge_functions(np.abs, lambda r: 1 / np.maximum(r, 1e-6) * 2, formula=False)["tangent"].accuses
+    assert judge_functions(lambda r: r * r, lambda r: np.where(r < 1e-6, 1.0, 2.0), formula=False)[
+        "tangent"
+    ].accuses
+
+
+@pytest.mark.parametrize(
+    ("formula", "what"),
+    [
+        ("r*9**9**9", "powers"),
+        ("1/s", "no names"),
+        ("r if r else 1", "compare"),
+        ("(lambda: r)()", "must not hold"),
+    ],
+)
+def test_a_formula_is_read_and_never_run(formula, what):
+    with pytest.raises(InputError, match=what):
+        judge_term(formula, "1/r")
+
+
+@pytest.mark.parametrize(
+    "value", ["__import__('os').system('true')", "nan", "inf", float("inf"), "abc", None, 0, -1]
+)
+def test_a_width_is_a_positive_number(value):
+    with pytest.raises(InputError):
+        judge_term("c*r", "c/(2*r)", widths={"c": value})
+
+
+def test_a_python_function_that_chooses_is_sent_to_the_measuring():
+    with pytest.raises(InputError, match="judge_functions"):
+        judge_term(lambda r: r if r > 1 else r * r, "1/r")
