@@ -187,10 +187,15 @@ def _terms(search: Search, facts: Facts) -> Answer:
         f"{each.subject}: {answer.question}: {answer.statement}"
         for each in facts.terms
         for answer in each.faults
+        if not (facts.tangent and answer.question == "tangent")
     ]
     if wrong:
         return Answer(question, Word.NO, " ".join(wrong), basis)
     said = "Every weight is tangent to its loss, or smooths it, and never rises."
+    if any(each["tangent"].accuses for each in facts.terms):
+        said = (
+            "Every weight is tangent to its loss but for one factor, which changes nothing without squares."
+        )
     if any(
         each[asked].word is Word.UNDECIDED
         for each in facts.terms
