@@ -19,6 +19,9 @@ from verification.reweighted.loops import Loop, Point, UndefinedUpdateError, unb
 from verification.reweighted.objective import rational_point
 
 BITS = 256
+LONGEST = 512
+"""Bits of a rational beyond which it becomes a ball."""
+
 STEPS = 6
 """Exact iterations of one instance."""
 
@@ -87,7 +90,7 @@ def exact_run(loop: Loop, start: Mapping[str, Any], steps: int) -> Run:
         values = [loop.objective.at(points[0])]
         for _ in range(steps):
             try:
-                found = loop.step(points[-1])
+                found = _shortened(loop.step(points[-1]))
                 values.append(loop.objective.at(found))
                 points.append(found)
             except UndefinedUpdateError as fault:
@@ -96,6 +99,14 @@ def exact_run(loop: Loop, start: Mapping[str, Any], steps: int) -> Run:
             except (UnresolvedError, ZeroDivisionError):
                 break
     return Run(tuple(points), tuple(values), ended)
+
+
+def _shortened(point: Point) -> dict[str, Numbers]:
+    """Balls for rationals that are long, as their digits double every few steps; zeros stay exact."""
+    return {
+        name: [arb(x) if isinstance(x, fmpq) and x.height_bits() > LONGEST else x for x in values]
+        for name, values in point.items()
+    }
 
 
 @dataclass(frozen=True)

@@ -160,6 +160,7 @@ def test_the_geometric_median_is_judged_as_its_history_says() -> None:
     found = judge_loop(median(), **LINE)
     assert [found[question].word for question in QUESTIONS] == [
         Word.YES,
+        Word.YES,
         Word.UNDECIDED,
         Word.NO,
         Word.NO,

@@ -52,7 +52,9 @@ def test_twenty_lines_give_the_papers_rise(tmp_path: Path) -> None:
     assert len([line for line in block(1).splitlines() if line.strip()]) <= 20
     done = RUNNER.invoke(app, ["loops", str(file), "--json", str(answers)])
     assert done.exit_code == 1, done.output
-    rise = json.loads(answers.read_text(encoding="utf-8"))["answers"][0]
+    found = {each["question"]: each for each in json.loads(answers.read_text(encoding="utf-8"))["answers"]}
+    rise = found["descends"]
+    assert "weight 1/(4*r)" in found["terms"]["statement"]
     first, second = re.search(
         r"rises from (\S+) to (\S+) in the second", PAGE.read_text(encoding="utf-8")
     ).groups()  # type: ignore[union-attr]
