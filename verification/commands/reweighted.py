@@ -38,14 +38,25 @@ def loops(
     store: Annotated[
         Path | None, typer.Option(help="Judge the whole gallery, and write it to this file.", dir_okay=False)
     ] = None,
+    page: Annotated[
+        Path | None, typer.Option(help="Write what is stored of the gallery as a page.", dir_okay=False)
+    ] = None,
 ) -> None:
     """Run the command ``loops``."""
     from verification.reweighted.records import stored_records  # noqa: PLC0415 - keeps --help quick
 
-    check_places({"ID": Path(name) if name.endswith(".py") else None}, json=json_file, plot=plot, store=store)
+    check_places(
+        {"ID": Path(name) if name.endswith(".py") else None},
+        json=json_file,
+        plot=plot,
+        store=store,
+        page=page,
+    )
     records = stored_records()
     if store is not None:
         _store(store)
+    elif page is not None:
+        _write_page(page)
     elif not name:
         _list()
     elif name in records:
@@ -130,6 +141,14 @@ def _replay(record: "Record", plot: Path | None) -> None:
     confirmed = record.is_confirmed
     say("confirmed again" if confirmed else "no longer confirmed: the record is stale")
     raise typer.Exit(0 if confirmed else FAILED)
+
+
+def _write_page(place: Path) -> None:
+    from verification.reweighted.gallery_page import markdown  # noqa: PLC0415
+    from verification.reweighted.records import stored  # noqa: PLC0415
+
+    with misuse("--page"):
+        write_atomic(place, markdown(stored()).encode())
 
 
 def _store(place: Path) -> None:

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from verification.__main__ import app
 from verification.reweighted import judge_term
 from verification.reweighted.gallery import CASES
+from verification.reweighted.gallery_page import markdown
 from verification.reweighted.judging import QUESTIONS
 from verification.reweighted.records import stored, stored_records
 
@@ -80,6 +81,12 @@ def test_the_programs_of_the_page_are_judged_as_it_says(capsys: pytest.CaptureFi
 @pytest.mark.parametrize("case", CASES)
 def test_the_gallery_is_stored_with_the_answers_of_every_case(case: str) -> None:
     assert [answer["question"] for answer in stored()["cases"][case]["answers"]] == list(QUESTIONS)
+
+
+def test_the_committed_page_of_the_gallery_is_that_of_what_is_stored() -> None:
+    page = PAGE.parents[1] / "reports" / "loops.md"
+    assert page.read_text(encoding="utf-8") == markdown(stored())
+    assert len(CASES) >= 12
 
 
 @pytest.mark.parametrize("name", list(stored_records()))
