@@ -73,7 +73,7 @@ class Tally:
     sound, accused : int
         Sound pairs that were judged; those with a fault, which must be none.
     mutants, caught, named : int
-        Pairs with a planted fault; those with any fault found; those named by the question that is meant.
+        Pairs with a planted fault; those with any fault found; those to which the question that is meant says no: a floor that smooths a kink is no fault, but told.
     crashed : int
         An exception where there must be none.
     seconds : float
@@ -210,8 +210,8 @@ def _count_sound(answers: Answers, tally: Tally) -> str:
 
 
 def _count_fault(drawn: Drawn, answers: Answers, tally: Tally) -> str:
-    named = answers[drawn.expected].accuses
+    named = answers[drawn.expected].word is Word.NO
     tally.mutants += 1
-    tally.caught += bool(answers.faults)
+    tally.caught += named or bool(answers.faults)
     tally.named += named
     return "" if named else f"not named: {drawn.expected} says: {answers[drawn.expected].statement}"
