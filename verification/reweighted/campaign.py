@@ -73,7 +73,8 @@ class Tally:
     sound, accused : int
         Sound pairs that were judged; those with a fault, which must be none.
     mutants, caught, named : int
-        Pairs with a planted fault; those with any fault found; those to which the question that is meant says no: a floor that smooths a kink is no fault, but told.
+        Pairs with a planted fault; those with any found; those to which the question that is meant says no.
+        A floor that smooths a kink is no fault, but its answer is no.
     crashed : int
         An exception where there must be none.
     seconds : float
