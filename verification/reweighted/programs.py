@@ -173,10 +173,14 @@ def judge_program(
     Raises
     ------
     InputError
-        There is no input at all.
+        There is no input at all, an argument is of another kind, or a question names data that there are not.
     """
     if not data and not inputs:
         raise InputError("data", value=data, must="must have strategies, or there must be inputs")
+    check_type(rule, (Rule, type(None)), "rule")
+    for what, function in (("program", program), ("build", build)):
+        if not callable(function):
+            raise InputError(what, value=type(function).__name__, must="must be a function of the data")
     trial = _Trial(program, build, rule or Rule(), refusals, name or getattr(program, "__name__", "program"))
     answers, findings = [], []
     for question in questions or all_questions():

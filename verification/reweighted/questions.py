@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from convexperc.errors import InputError
+
 Data = Mapping[str, Any]
 """Arguments of a program by name: arrays, numbers, texts."""
 
@@ -61,9 +63,23 @@ def other_units(powers: Mapping[str, int]) -> Question:
     """
 
     def derive(data: Data, k: int) -> Data:
-        return {**data, **{name: _times_ten(data[name], k * power) for name, power in powers.items()}}
+        return {**data, **{name: _times_ten(_named(data, name), k * power) for name, power in powers.items()}}
 
     return Question("other units", POWERS, derive)
+
+
+def _named(data: Data, name: str) -> Any:
+    """The data of a name.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    if name not in data:
+        must = f"must be among the data, which have {', '.join(data)}"
+        raise InputError("a name in rows, columns, powers or start", value=name, must=must)
+    return data[name]
 
 
 def _times_ten(values: Any, k: int) -> Any:
@@ -102,7 +118,7 @@ def with_zero_column(columns: Sequence[str]) -> Question:
 
 def _rows(name: str, names: Sequence[str], variants: int, change: Callable[[Any, int], Any]) -> Question:
     def derive(data: Data, k: int) -> Data:
-        return {**data, **{each: change(np.asarray(data[each]), k) for each in names}}
+        return {**data, **{each: change(np.asarray(_named(data, each)), k) for each in names}}
 
     return Question(name, tuple(range(variants)), derive)
 
@@ -121,7 +137,7 @@ def started_at(start: str, points: str, most: int = 5) -> Question:
     """
 
     def derive(data: Data, k: int) -> Data | None:
-        rows = np.asarray(data[points])
+        rows = np.asarray(_named(data, points))
         return {**data, start: rows[k].copy()} if k < len(rows) else None
 
     return Question("start at a data point", tuple(range(most)), derive, beside=False)

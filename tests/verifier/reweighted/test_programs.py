@@ -306,3 +306,19 @@ def test_packages_that_are_not_installed_with_the_tests(module_name, program, qu
     case = next(case for case in cases() if case.program == program)
     (found,) = judge_packages([case])
     assert accused(found.answers) == {question}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "what"),
+    [
+        ({"rule": 1e-3}, "rule"),
+        ({"questions": all_questions(rows=("z",))}, "among the data"),
+        ({"questions": all_questions(powers={"z": 1})}, "among the data"),
+        ({"program": 3}, "function"),
+        ({"build": None}, "function"),
+    ],
+)
+def test_misuse_of_judge_program_is_told(arguments, what):
+    given = {"program": np.median, "build": programs.median_objective} | arguments
+    with pytest.raises(InputError, match=what):
+        judge_program(given.pop("program"), given.pop("build"), inputs=[{"y": [1.0, 2.0]}], **given)
