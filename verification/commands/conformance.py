@@ -2,7 +2,7 @@
 
 import shutil
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -10,6 +10,9 @@ from convexperc.files import write_atomic, write_json
 from verification.commands.console import console, say
 from verification.commands.misuse import FAILED, OPEN, check_places, misuse
 from verification.commands.progress import progress
+
+if TYPE_CHECKING:
+    from verification.conformance.profiles import Profile
 
 WRITTEN = ("report.html", "report.json", "junit.xml")
 CONFORM_HELP = """Judge a solver in any language: every request of the vectors asked, every answer judged.
@@ -118,7 +121,7 @@ def _check_out(out: Path | None) -> None:
             check_places(out=out / name)
 
 
-def _profile(name: str) -> "Profile":  # type: ignore[name-defined]
+def _profile(name: str) -> "Profile":
     from verification.conformance.profiles import PROFILES  # noqa: PLC0415
 
     if name not in PROFILES:
