@@ -62,7 +62,7 @@ def meetings(loop: Loop) -> list[Meeting]:
     found: dict[Fraction, Meeting] = {}
     for low, high in pairwise(ends):
         starts = [low + (high - low) * Fraction(k, STARTS) for k in range(1, STARTS)]
-        images = [(start, image) for start in starts if (image := _image(loop, name, start)) is not None]
+        images = [(start, _image(loop, name, start)) for start in starts]
         for zero in zeros:
             if zero not in found and (met := _met(loop, name, zero, images)) is not None:
                 found[zero] = met
@@ -89,15 +89,26 @@ def _image(loop: Loop, name: str, start: Fraction) -> Fraction | None:
     return Fraction(int(value.p), int(value.q)) if isinstance(value, fmpq) else None
 
 
-def _met(loop: Loop, name: str, zero: Fraction, images: list[tuple[Fraction, Fraction]]) -> Meeting | None:
+def _met(
+    loop: Loop, name: str, zero: Fraction, images: list[tuple[Fraction, Fraction | None]]
+) -> Meeting | None:
     """A start that meets a zero: one of those tried, a simple one between two, or proved between two."""
     for start, image in images:
         if image == zero:
             return Meeting(name, zero, start, start)
+    if not _is_continuous(loop):
+        return None
     for (low, first), (high, second) in pairwise(images):
+        if first is None or second is None:
+            continue
         if (first < zero) != (second < zero):
             return _narrowed(loop, name, zero, (low, first), (high, second))
     return None
+
+
+def _is_continuous(loop: Loop) -> bool:
+    """Whether no weight changes its formula, where it might jump."""
+    return all(len(side.weight) == 1 for term in loop.objective.terms for side in term.sides)
 
 
 def _narrowed(
