@@ -1,4 +1,4 @@
-"""A program that runs beside this one: started, written to and read from without waiting for ever, ended."""
+"""A program that runs beside this one: started, written to, read from within a time, and ended."""
 
 import os
 import selectors

@@ -91,7 +91,7 @@ def test_the_program_without_a_fault_has_none():
     ],
 )
 def test_a_fault_of_the_protocol_is_named(name: str, told: str, answered: bool, answers: Path):
-    """Where the door waits in vain, the program has answered before: its start takes none of the time."""
+    """Where the kit waits in vain, the program has answered before: its start takes none of the time."""
     if name in (*SILENT, *MISTAKEN):
         report, asked = run(program(name, answers, STALL, starting=30.0, sound=1), TWO), "one-view-01"
         assert report.counts("L2")["held"] == 1, report.findings

@@ -30,30 +30,32 @@ def table() -> dict[str, tuple[str, str]]:
     return {question: (word, statement) for question, word, statement in rows}
 
 
-def test_ten_lines_give_the_failure_and_the_repair(tmp_path: Path) -> None:
-    file, answers = tmp_path / "median.py", tmp_path / "answers.json"
-    file.write_text(block(0), encoding="utf-8")
-    assert len([line for line in block(0).splitlines() if line.strip()]) <= 10
+def judged(text: str, folder: Path) -> tuple[int, dict[str, dict[str, str]]]:
+    """The exit code of `loops` for a file, and its answers by question."""
+    file, answers = folder / "stated.py", folder / "answers.json"
+    file.write_text(text, encoding="utf-8")
     done = RUNNER.invoke(app, ["loops", str(file), "--json", str(answers)])
-    assert done.exit_code == 1, done.output
-    found = {each["question"]: each for each in json.loads(answers.read_text(encoding="utf-8"))["answers"]}
+    found = json.loads(answers.read_text(encoding="utf-8"))["answers"]
+    return done.exit_code, {each["question"]: each for each in found}
+
+
+def test_ten_lines_give_the_failure_and_the_repair(tmp_path: Path) -> None:
+    assert len([line for line in block(0).splitlines() if line.strip()]) <= 10
+    code, found = judged(block(0), tmp_path)
+    assert code == 1, found
     told = table()
     assert set(told) < set(found)
     for question, (word, statement) in told.items():
         assert (found[question]["answer"], found[question]["statement"]) == (word, statement)
 
-    file.write_text(block(0).replace('at_zero="hold"', 'at_zero="leave"'), encoding="utf-8")
-    done = RUNNER.invoke(app, ["loops", str(file)])
-    assert done.exit_code == 0, done.output
+    code, found = judged(block(0).replace('at_zero="hold"', 'at_zero="leave"'), tmp_path)
+    assert code == 0, found
 
 
 def test_twenty_lines_give_the_papers_rise(tmp_path: Path) -> None:
-    file, answers = tmp_path / "paper.py", tmp_path / "answers.json"
-    file.write_text(block(1), encoding="utf-8")
     assert len([line for line in block(1).splitlines() if line.strip()]) <= 20
-    done = RUNNER.invoke(app, ["loops", str(file), "--json", str(answers)])
-    assert done.exit_code == 1, done.output
-    found = {each["question"]: each for each in json.loads(answers.read_text(encoding="utf-8"))["answers"]}
+    code, found = judged(block(1), tmp_path)
+    assert code == 1, found
     rise = found["descends"]
     assert "weight 1/(4*r)" in found["terms"]["statement"]
     first, second = re.search(
