@@ -16,11 +16,12 @@ from convexperc.solution.solution import Solution, Status
 from convexperc.solvers.paper import PaperTrace, Stop
 from convexperc.solvers.paper.loop import run
 from verification.checks.interface import Check, Observation
-from verification.exact.algorithm import SingularStepError, Update
+from verification.exact.algorithm import Update
 from verification.exact.balls import UnresolvedError
 from verification.exact.formulation import objective
 from verification.exact.loop import Enclosures, Rise, rise_confirmed, step
 from verification.exact.numbers import Entries, Rationals, rationals, square_root, squares
+from verification.exact.reweighting import SingularStepError
 from verification.ledger.claims import ORDERS, READINGS
 from verification.ledger.evidence import Outcome
 from verification.problems.sources import Source

@@ -8,13 +8,14 @@ from typing import Any
 from convexperc.errors import FileFormatError
 from verification.counterexamples.confirmation import Confirmation, Line, minus, point, shown, text
 from verification.counterexamples.record import Record, numbers_of
-from verification.exact.algorithm import SingularStepError, Update
+from verification.exact.algorithm import Update
 from verification.exact.balls import UnresolvedError
 from verification.exact.formulation import objective
 from verification.exact.loop import Iterate, image, iterates, step
 from verification.exact.numbers import Enclosure, Rational
 from verification.exact.optimality import is_optimal, optimum_bounds
 from verification.exact.problem import ExactProblem
+from verification.exact.reweighting import SingularStepError
 
 SHOWN_AFTER = 3
 """Iterations shown after a zero has locked or a cycle has closed."""

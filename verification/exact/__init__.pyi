@@ -1,4 +1,4 @@
-from .algorithm import SingularStepError, Update
+from .algorithm import Update
 from .balls import UnresolvedError
 from .formulation import dual_objective, is_dual_feasible, objective
 from .loop import Iterate, Rise, image, iterates, rise_confirmed, start, step
@@ -6,6 +6,7 @@ from .numbers import Enclosure
 from .optimality import is_optimal, optimum_bounds
 from .problem import ExactProblem
 from .referee import Optimum, optimum, violations
+from .reweighting import SingularStepError
 
 __all__ = [
     "Enclosure",

@@ -1,21 +1,21 @@
 """One iteration of Algorithm 1 in exact arithmetic, in every variant, derived anew from the paper's box.
 
-Two arithmetics: rationals wherever every size in D^w and D^u is rational, and balls (midpoint and radius,
-python-flint's `arb`) of 256 bits or more elsewhere. Every answer holds: a ball contains the true number.
-It reads the data of a `Problem` and uses nothing else of `convexperc`.
+It is the general update of `reweighting` with the weights of D^w and D^u: rationals wherever every size in
+them is rational, and balls of 256 bits or more elsewhere. Every answer holds: a ball contains the true
+number. It reads the data of a `Problem` and uses nothing else of `convexperc`.
 """
 
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-import flint
-from flint import arb, arb_mat, fmpq, fmpq_mat, fmpz_mat
+from flint import arb, fmpq, fmpq_mat, fmpz_mat
 
-from convexperc.errors import InputError, SolverError
+from convexperc.errors import InputError
 from convexperc.problem.problem import Problem
 from verification.exact.balls import Numbers, UnresolvedError, exact, inner, root
 from verification.exact.problem import ExactProblem
+from verification.exact.reweighting import Square, WeightedSquares
 
 SIZES = {
     "printed": ("w_i", Fraction(1, 2)),
@@ -28,26 +28,6 @@ SIZES = {
 """What stands for |w_i| in D^w = diag(1/(2 |w_i|)), and the factor of lambda2 D^w and lambda3 D^u."""
 
 ORDERS = ("gauss_seidel", "jacobi")
-
-
-class SingularStepError(SolverError):
-    """A matrix of an update is singular, proved by its exact rank.
-
-    Attributes
-    ----------
-    system : {"w", "u"}
-    order, rank : int
-        Of the matrix, after rows and columns that are held at 0 were left out.
-    """
-
-    def __init__(self, system: str, order: int, rank: int) -> None:
-        self.system, self.order, self.rank = system, order, rank
-        must = f"must have full rank {order}"
-        super().__init__(f"the matrix of the update of {system}", value=f"rank {rank}", must=must)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by the three numbers."""
-        return type(self), (self.system, self.order, self.rank)
 
 
 @dataclass(frozen=True)
@@ -114,9 +94,22 @@ class Systems:
         self.o = [fmpq(x, data.target_unit) for x in data.target]
         self.lambda1, self.lambda2, self.lambda3 = (exact(x) for x in data.lambdas)
         self.X = fmpq_mat(fmpz_mat([list(row) for row in data.rows])) / data.unit
-        transposed = self.X.transpose()
-        self.rows, self.columns = self.X.tolist(), transposed.tolist()
-        self.views, self.features = (self.X * transposed).tolist(), (transposed * self.X).tolist()
+        self.rows = self.X.tolist()
+        self.squares = self._squares()
+
+    def _squares(self) -> WeightedSquares:
+        """||X'w - o||^2 + lambda1 ||Xu - w||^2, then w_i^2 of each view and ||u^i||^2 of each modality."""
+        n, d = self.n, self.d
+        entry = [{k: fmpq(1)} for k in range(n + d)]
+        match = Square(
+            [dict(enumerate(column)) for column in zip(*self.rows, strict=True)], [-x for x in self.o]
+        )
+        consensus = [{i: fmpq(-1)} | {n + k: x for k, x in enumerate(row)} for i, row in enumerate(self.rows)]
+        fixed = [(fmpq(1), match), (self.lambda1, Square(consensus, [fmpq(0)] * n))]
+        blocks = [[i] for i in range(n)] + [[n + k for k in group] for group in self.groups]
+        return WeightedSquares(
+            n + d, fixed, [Square([entry[k] for k in block], [fmpq(0)] * len(block)) for block in blocks]
+        )
 
     def start(self) -> tuple[Numbers, Numbers]:
         """Line 2: w = argmin ||X'w - o||, then u = argmin ||Xu - w||, each of least norm, exactly.
@@ -147,24 +140,17 @@ class Systems:
             Balls do not tell.
         """
         factor = exact(update.factor)
-        weight2, weight3 = self.lambda2 * factor, self.lambda3 * factor
-        ridge_w = [_ridge(weight2, size) for size in update.view_sizes(w)]
-        ridge_u = [fmpq(0)] * self.d
-        for group in self.groups:
-            for k in group:
-                ridge_u[k] = _ridge(weight3, update.modality_size([u[j] for j in group]))
-        target = [t + self.lambda1 * x for t, x in zip(self.o, u, strict=True)]
-        coupled = [
-            [x + self.lambda1 * (i == j) for j, x in enumerate(row)] for i, row in enumerate(self.views)
-        ]
-        new_w = _solve("w", coupled, ridge_w, [inner(row, target) for row in self.rows], balls)
+        sizes = update.view_sizes(w) + [update.modality_size([u[k] for k in group]) for group in self.groups]
+        lambdas = [self.lambda2 * factor] * self.n + [self.lambda3 * factor] * len(self.groups)
+        weights = [_weight(weight, size) for weight, size in zip(lambdas, sizes, strict=True)]
+        views, features = range(self.n), range(self.n, self.n + self.d)
+        new_w = self.squares.system(views, [*w, *u], weights).solved("w", unique=True, balls=balls)
         seen = new_w if update.order == "gauss_seidel" else w
-        scaled = [[self.lambda1 * x for x in row] for row in self.features]
-        new_u = _solve("u", scaled, ridge_u, [self.lambda1 * inner(c, seen) for c in self.columns], balls)
+        new_u = self.squares.system(features, [*seen, *u], weights).solved("u", unique=True, balls=balls)
         return new_w, new_u
 
 
-def _ridge(weight: Any, size: Any) -> Any:
+def _weight(weight: Any, size: Any) -> Any:
     """Return weight / (2 size); None, the limit that holds the entry at 0, where size = 0 and weight > 0."""
     if weight == 0:
         return fmpq(0)
@@ -173,41 +159,3 @@ def _ridge(weight: Any, size: Any) -> Any:
     if isinstance(size, arb) and size.contains(0):
         raise UnresolvedError("a size in D", value=str(size), must="must exclude 0", remedy="Use more bits.")
     return weight / (2 * size)
-
-
-def _solve(name: str, matrix: list[Numbers], ridge: Numbers, rhs: Numbers, balls: bool) -> Numbers:
-    free = [i for i, entry in enumerate(ridge) if entry is not None]
-    order, result = len(free), [fmpq(0)] * len(rhs)
-    if not free:
-        return result
-    entries = [matrix[i][j] + ridge[i] if i == j else matrix[i][j] for i in free for j in free]
-    right = [rhs[i] for i in free]
-    rational = not balls and all(isinstance(x, fmpq) for x in entries + right)
-    solution = (
-        _rationally(name, order, entries, right) if rational else _in_balls(name, order, entries, right)
-    )
-    for i, found in zip(free, solution, strict=True):
-        result[i] = found
-    return result
-
-
-def _rationally(name: str, order: int, entries: Numbers, right: Numbers) -> Numbers:
-    matrix = fmpq_mat(order, order, entries)
-    try:
-        return list(matrix.solve(fmpq_mat(order, 1, right)).entries())
-    except ZeroDivisionError:
-        raise SingularStepError(name, order, int(matrix.rank())) from None
-
-
-def _in_balls(name: str, order: int, entries: Numbers, right: Numbers) -> Numbers:
-    matrix = arb_mat(order, order, [arb(x) for x in entries])
-    try:
-        return list(matrix.solve(arb_mat(order, 1, [arb(x) for x in right]), algorithm="precond").entries())
-    except ZeroDivisionError:
-        if all(isinstance(x, fmpq) for x in entries):
-            rank = int(fmpq_mat(order, order, entries).rank())
-            if rank < order:
-                raise SingularStepError(name, order, rank) from None
-        must = "must be invertible throughout its balls"
-        what = f"the matrix of the update of {name}"
-        raise UnresolvedError(what, value=f"{flint.ctx.prec} bits", must=must, remedy="Use more.") from None

@@ -13,11 +13,12 @@ from flint import arb, fmpq
 from numpy.typing import NDArray
 
 from convexperc.problem.problem import Problem
-from verification.exact.algorithm import SingularStepError, Systems, Update
+from verification.exact.algorithm import Systems, Update
 from verification.exact.balls import Numbers, UnresolvedError, ball, enclosed, exact, precision
 from verification.exact.formulation import objective
 from verification.exact.numbers import Enclosure, Rational
 from verification.exact.problem import ExactProblem
+from verification.exact.reweighting import SingularStepError
 
 T = TypeVar("T")
 

@@ -14,8 +14,9 @@ from hypothesis.errors import NoSuchExample
 
 from convexperc.errors import InputError
 from verification.exact.balls import Numbers, UnresolvedError, precision
+from verification.exact.reweighting import UndefinedUpdateError
 from verification.reweighted.better import better_point, is_less
-from verification.reweighted.loops import Loop, Point, UndefinedUpdateError, unbounded_at_zero
+from verification.reweighted.loops import Loop, Point, unbounded_at_zero
 from verification.reweighted.objective import rational_point
 
 BITS = 256

@@ -8,15 +8,17 @@ does not.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import sympy as sp
-from flint import arb, arb_mat, fmpq, fmpq_mat
+from flint import arb, fmpq
 from numpy.typing import NDArray
 
 from convexperc.errors import InputError, SolverError
 from verification.exact.balls import Numbers, UnresolvedError, exact, inner, precision, root
+from verification.exact.reweighting import Square, System, UndefinedUpdateError, WeightedSquares
 from verification.reweighted.dimensions import degree
 from verification.reweighted.expressions import VARIABLE, exactly
 from verification.reweighted.objective import (
@@ -34,10 +36,6 @@ AT_ZERO = ("hold", "undefined", "leave")
 
 Point = Mapping[str, Numbers]
 Step = Callable[[Point], Point]
-
-
-class UndefinedUpdateError(SolverError):
-    """The update divides by a residual of 0, or its matrix is singular."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,15 +104,59 @@ class Loop:
         """
         if self.update is not None:
             return dict(self.update(point))
-        weights = [None if part.term is None else self._weight(part, point) for part in self.objective.parts]
+        weighted = [part for part in self.objective.parts if part.term is not None]
+        weights = [self._weight(part, point) for part in weighted]
         found = dict(point)
-        for block in self.groups:
+        for names in self.groups:
             seen = found if self.order == "gauss_seidel" else point
-            found |= _Block(self, block, weights).solved(seen)
+            block = [k for name in names for k in self.columns[name]]
+            system = self._squares.system(block, [x for name in self.columns for x in seen[name]], weights)
+            if system.held and self.at_zero == "leave":
+                met = [part for part, weight in zip(weighted, weights, strict=True) if weight is None]
+                pulling = [part for part in met if not part.affine.parts.keys().isdisjoint(names)]
+                moved = self._left(system, sum((exact(part.coefficient) for part in pulling), fmpq(0)))
+            else:
+                moved = system.solved(", ".join(names))
+            values = iter(moved)
+            found |= {name: [next(values) for _ in self.columns[name]] for name in names}
         return found
 
+    @cached_property
+    def columns(self) -> dict[str, range]:
+        """The place of each variable in a vector of all, in the order of the objective."""
+        found, at = {}, 0
+        for name, size in self.objective.sizes.items():
+            found[name], at = range(at, at + size), at + size
+        return found
+
+    @cached_property
+    def _squares(self) -> WeightedSquares:
+        squares = [(part, self._square(part)) for part in self.objective.parts]
+        fixed = [(exact(part.coefficient), square) for part, square in squares if part.term is None]
+        weighted = [square for part, square in squares if part.term is not None]
+        return WeightedSquares(sum(self.objective.sizes.values()), fixed, weighted)
+
+    @cached_property
+    def stacked(self) -> tuple[Floats, Floats, list[int]]:
+        """In float64, matrix and constant of the residuals of all parts, and how many each has."""
+        columns = sum(self.objective.sizes.values())
+        A, b = [], []
+        for matrices, constant in self.objective.in_arrays:
+            A.append(np.zeros((len(constant), columns)))
+            b.append(constant)
+            for name, matrix in matrices.items():
+                A[-1][:, self.columns[name]] = matrix
+        return np.vstack(A), np.concatenate(b), [len(constant) for constant in b]
+
+    def _square(self, part: Part) -> Square:
+        rows: list[dict[int, Any]] = [{} for _ in range(part.affine.size)]
+        for name, matrix in part.affine.parts.items():
+            for row, entries in zip(rows, matrix, strict=True):
+                row |= {k: exact(a) for k, a in zip(self.columns[name], entries, strict=True) if a}
+        return Square(rows, [exact(b) for b in part.affine.constant])
+
     def _weight(self, part: Part, point: Point) -> Any:
-        """Coefficient, factor of the square and weight together; INFINITE where it does not exist."""
+        """Coefficient, factor of the square and weight together; None where it grows without bound."""
         assert part.term is not None
         if not part.coefficient:
             return fmpq(0)
@@ -128,7 +170,20 @@ class Loop:
             raise UndefinedUpdateError(
                 "the update", value="a residual of 0", must="must divide by a number other than 0"
             )
-        return INFINITE
+        return None
+
+    def _left(self, system: System, pull: Any) -> Numbers:
+        """Vardi and Zhang: the step of the rest, shortened by what the norms that are 0 pull back."""
+        if not all(_is_multiple_of_unit(part) for part in self.objective.parts):
+            must = "must be for objectives of ||x - a|| and its square alone"
+            raise InputError("at_zero='leave'", value="another expression", must=must)
+        gradient, size = system.gradient, system.matrix[0][0]
+        force = 2 * root(inner(gradient, gradient))
+        if bool(force <= pull):
+            return system.point
+        if not bool(force > pull):
+            raise UnresolvedError("a force", value=str(force), must=f"must differ from {pull}")
+        return [x - g / size * (1 - pull / force) for x, g in zip(system.point, gradient, strict=True)]
 
 
 FLOAT_BITS = 128
@@ -140,158 +195,12 @@ HELD = 1e20
 LARGEST = 1e200
 """Weight in float64 above which a system is not formed from it."""
 
-INFINITE = "infinite"
-"""A weight that grows without bound."""
 
-
-@dataclass(frozen=True)
-class _Block:
-    """The linear system of one block."""
-
-    loop: Loop
-    names: tuple[str, ...]
-    weights: Sequence[Any]
-
-    def solved(self, point: Point) -> dict[str, Numbers]:
-        """The values of the block that minimise the weighted squares, the others being fixed."""
-        size = sum(self.loop.objective.sizes[name] for name in self.names)
-        matrix = [[fmpq(0)] * size for _ in range(size)]
-        gradient = [fmpq(0)] * size
-        held: list[Numbers] = []
-        left: list[Part] = []
-        for part, weight in zip(self.loop.objective.parts, self.weights, strict=True):
-            rows = self._rows(part)
-            if rows is None:
-                continue
-            if weight is INFINITE or isinstance(weight, str):
-                held += rows
-                left.append(part)
-                continue
-            factor = exact(part.coefficient) if part.term is None else weight
-            self._add(matrix, gradient, rows, part.affine.at(point), factor)
-        if left and self.loop.at_zero == "leave":
-            move = self._left(matrix, gradient, left)
-        else:
-            move = _minimised(matrix, gradient, held)
-        return self._moved(point, move)
-
-    def _rows(self, part: Part) -> list[Numbers] | None:
-        """The matrix of a part with respect to the block; None where the block is not in it."""
-        if not any(name in part.affine.parts and part.affine.parts[name].any() for name in self.names):
-            return None
-        rows: list[Numbers] = []
-        for i in range(part.affine.size):
-            row: Numbers = []
-            for name in self.names:
-                matrix = part.affine.parts.get(name)
-                size = self.loop.objective.sizes[name]
-                row += [fmpq(0)] * size if matrix is None else [exact(a) for a in matrix[i]]
-            rows.append(row)
-        return rows
-
-    @staticmethod
-    def _add(
-        matrix: list[Numbers], gradient: Numbers, rows: list[Numbers], values: Numbers, factor: Any
-    ) -> None:
-        """Add factor times the square: its matrix, and half its gradient."""
-        for row, value in zip(rows, values, strict=True):
-            used = [k for k, a in enumerate(row) if a != 0]
-            for k in used:
-                gradient[k] = gradient[k] + factor * row[k] * value
-                for j in used:
-                    matrix[k][j] = matrix[k][j] + factor * row[k] * row[j]
-
-    def _left(self, matrix: list[Numbers], gradient: Numbers, left: list[Part]) -> Numbers:
-        """Vardi and Zhang: the step of the rest, shortened by what the held norms pull back."""
-        rows = [self._rows(part) for part in self.loop.objective.parts]
-        if not all(each is None or _is_multiple_of_unit(each) for each in rows):
-            must = "must be for objectives of ||x - a|| and its square alone"
-            raise InputError("at_zero='leave'", value="another expression", must=must)
-        pull = sum((exact(part.coefficient) for part in left), fmpq(0))
-        force, size = 2 * root(inner(gradient, gradient)), matrix[0][0]
-        if bool(force <= pull):
-            return [fmpq(0)] * len(gradient)
-        if not bool(force > pull):
-            raise UnresolvedError("a force", value=str(force), must=f"must differ from {pull}")
-        return [-g / size * (1 - pull / force) for g in gradient]
-
-    def _moved(self, point: Point, move: Numbers) -> dict[str, Numbers]:
-        found, at = {}, 0
-        for name in self.names:
-            size = self.loop.objective.sizes[name]
-            found[name] = [x + dx for x, dx in zip(point[name], move[at : at + size], strict=True)]
-            at += size
-        return found
-
-
-def _is_multiple_of_unit(rows: list[Numbers]) -> bool:
-    """Whether a matrix is a number times the identity."""
-    return all(a == (rows[0][0] if i == j else 0) for i, row in enumerate(rows) for j, a in enumerate(row))
-
-
-def _minimised(matrix: list[Numbers], gradient: Numbers, held: list[Numbers]) -> Numbers:
-    """The step dz that minimises dz'M dz + 2 g'dz where the held rows stay at 0."""
-    size = len(gradient)
-    basis = _kernel(held, size)
-    if not basis:
-        return [fmpq(0)] * size
-    reduced = [[_form(matrix, a, b) for b in basis] for a in basis]
-    right = [-_dot(a, gradient) for a in basis]
-    found = _solve(reduced, right)
-    return [sum((y * a[k] for y, a in zip(found, basis, strict=True)), fmpq(0)) for k in range(size)]
-
-
-def _kernel(rows: list[Numbers], size: int) -> list[Numbers]:
-    """A basis of the vectors on which rational rows vanish; unit vectors where there are none."""
-    if not rows:
-        return [[fmpq(int(i == j)) for j in range(size)] for i in range(size)]
-    echelon, rank = fmpq_mat(len(rows), size, [a for row in rows for a in row]).rref()
-    table = echelon.tolist()[:rank]
-    pivots = [next(k for k, a in enumerate(row) if a != 0) for row in table]
-    basis = []
-    for free in (k for k in range(size) if k not in pivots):
-        vector = [fmpq(0)] * size
-        vector[free] = fmpq(1)
-        for row, pivot in zip(table, pivots, strict=True):
-            vector[pivot] = -row[free]
-        basis.append(vector)
-    return basis
-
-
-def _dot(a: Numbers, b: Numbers) -> Any:
-    return sum((x * y for x, y in zip(a, b, strict=True) if x != 0), fmpq(0))
-
-
-def _form(matrix: list[Numbers], a: Numbers, b: Numbers) -> Any:
-    return _dot(a, [_dot(b, row) for row in matrix])
-
-
-def _solve(matrix: list[Numbers], right: Numbers) -> Numbers:
-    """A solution of the system, the one that leaves free entries at 0 where there are several."""
-    size = len(right)
-    entries = [a for row in matrix for a in row]
-    if all(isinstance(a, fmpq) for a in (*entries, *right)):
-        return _rationally(matrix, right)
-    try:
-        found = arb_mat(size, size, entries).solve(arb_mat(size, 1, right), algorithm="precond")
-    except ZeroDivisionError:
-        must = "must be invertible throughout"
-        raise UnresolvedError("the matrix of the update", value="balls", must=must) from None
-    return list(found.entries())
-
-
-def _rationally(matrix: list[Numbers], right: Numbers) -> Numbers:
-    size = len(right)
-    whole = [a for row, b in zip(matrix, right, strict=True) for a in (*row, b)]
-    echelon, rank = fmpq_mat(size, size + 1, whole).rref()
-    found = [fmpq(0)] * size
-    for row in echelon.tolist()[:rank]:
-        pivot = next(k for k, a in enumerate(row) if a != 0)
-        if pivot == size:
-            must = "must have a solution"
-            raise UndefinedUpdateError("the system of the update", value="a singular matrix", must=must)
-        found[pivot] = row[size]
-    return found
+def _is_multiple_of_unit(part: Part) -> bool:
+    """Whether each matrix of a part is a number times the identity."""
+    return all(
+        np.array_equal(matrix, matrix[0, 0] * np.eye(*matrix.shape)) for matrix in part.affine.parts.values()
+    )
 
 
 def unbounded_at_zero(objective: Objective, point: Point) -> bool:
@@ -381,25 +290,18 @@ def _float_step(loop: Loop, point: Mapping[str, Floats]) -> dict[str, Floats] | 
     if leaves or any(np.isnan(weight) or weight < 0 for weight in weights):
         return _rounded_step(loop, point)
     held = min(HELD * max((weight for weight in weights if np.isfinite(weight)), default=1.0), LARGEST)
-    for block in loop.groups:
+    A, b, rows = loop.stacked
+    roots = np.repeat(np.sqrt(np.minimum(weights, held)), rows)
+    for names in loop.groups:
         seen = found if loop.order == "gauss_seidel" else point
-        rows, values = [], []
-        for weight, (matrices, b) in zip(weights, objective.in_arrays, strict=True):
-            root = np.sqrt(min(weight, held))
-            with np.errstate(all="ignore"):
-                whole = sum((A @ seen[name] for name, A in matrices.items()), b)
-            columns = [matrices.get(name, np.zeros((len(b), objective.sizes[name]))) for name in block]
-            rows.append(root * np.hstack(columns))
-            values.append(root * whole)
+        block = [k for name in names for k in loop.columns[name]]
         with np.errstate(all="ignore"):
-            system, right = np.vstack(rows), -np.concatenate(values)
+            system = roots[:, None] * A[:, block]
+            right = -roots * (A @ np.concatenate([seen[name] for name in loop.columns]) + b)
         if not (np.isfinite(system).all() and np.isfinite(right).all()):
             return None
-        move = np.linalg.lstsq(system, right, rcond=None)[0]
-        at = 0
-        for name in block:
-            found[name] = seen[name] + move[at : at + objective.sizes[name]]
-            at += objective.sizes[name]
+        move = iter(np.linalg.lstsq(system, right, rcond=None)[0])
+        found |= {name: seen[name] + [next(move) for _ in loop.columns[name]] for name in names}
     return found if all(np.isfinite(values).all() for values in found.values()) else None
 
 

@@ -147,13 +147,21 @@ def _noise(values: np.ndarray, resolution: str, epsilon: float) -> np.ndarray:
         change = np.nan_to_num(np.fmax.reduce(flat, axis=1) - np.fmin.reduce(flat, axis=1))
         tied = (values[..., 1:] == values[..., :-1]).any(axis=2) & (resolution == "change")
     size = change if resolution == "change" else largest
-    pooled = _spread(seen, size, epsilon * largest)[:, None]
+    of_octaves = [np.repeat(each, WINDOWS) for each in (seen, size, epsilon * largest)]
+    lasting = np.maximum(of_octaves[0], _lasting(own.ravel()))
+    pooled = _spread(lasting, *of_octaves[1:]).reshape(own.shape)
     least = np.where(tied, max(COARSE, ROUNDING * epsilon), ROUNDING * epsilon)
     return np.asarray(MARGIN * np.maximum(own, pooled) + least * largest[:, None])
 
 
+def _lasting(noise: np.ndarray) -> np.ndarray:
+    """Of two successive windows the smaller noise: a kink of the function is in one of them alone."""
+    lasting = np.minimum(noise[1:], noise[:-1])
+    return np.asarray(np.maximum(np.append(lasting, 0.0), np.append(0.0, lasting)))
+
+
 def _spread(noise: np.ndarray, size: np.ndarray, relative: np.ndarray) -> np.ndarray:
-    """Noise of each octave, or that of a neighbour that is not resolved, from octave to octave.
+    """Noise of each window, or that of a neighbour that is not resolved, from window to window.
 
     What is not more than `relative`, the rounding of the values of each octave themselves, is not handed on.
     """
@@ -162,11 +170,11 @@ def _spread(noise: np.ndarray, size: np.ndarray, relative: np.ndarray) -> np.nda
     own = np.where((noise <= SEEN * size) & (noise > relative), noise, 0.0).tolist()
     for step, order in ((1, range(last)), (-1, range(last, 0, -1))):
         handed = 0.0
-        for octave in order:
-            handed = max(handed, own[octave])
-            if sizes[octave] >= RESOLVED * handed:
+        for window in order:
+            handed = max(handed, own[window])
+            if sizes[window] >= RESOLVED * handed:
                 handed = 0.0
-            found[octave + step] = max(found[octave + step], handed)
+            found[window + step] = max(found[window + step], handed)
     return np.array(found)
 
 

@@ -12,13 +12,14 @@ from convexperc.errors import InputError, ProblemError
 from convexperc.problem.problem import Problem
 from convexperc.solvers.paper.loop import run
 from verification.exact import algorithm as exact_update
-from verification.exact.algorithm import ORDERS, SIZES, SingularStepError, Update
+from verification.exact.algorithm import ORDERS, SIZES, Update
 from verification.exact.balls import UnresolvedError
 from verification.exact.formulation import objective
 from verification.exact.loop import Rise, image, iterates, rise_confirmed, start, step
 from verification.exact.numbers import Enclosure
 from verification.exact.optimality import is_optimal, optimum_bounds
 from verification.exact.problem import ExactProblem
+from verification.exact.reweighting import SingularStepError
 from verification.problems.families import EXTREME, FAMILIES, seeded
 
 P = ExactProblem.small

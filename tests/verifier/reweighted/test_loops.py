@@ -11,9 +11,10 @@ from convexperc.problem.problem import Problem
 from verification.exact.algorithm import Update
 from verification.exact.balls import precision
 from verification.exact.loop import step as paper_step
+from verification.exact.reweighting import UndefinedUpdateError
 from verification.reweighted import Loop, each_loss, loss, norm, norm1, squares, variable
 from verification.reweighted.gallery import recognition
-from verification.reweighted.loops import UndefinedUpdateError, float_run, in_unit, unbounded_at_zero
+from verification.reweighted.loops import float_run, in_unit, unbounded_at_zero
 from verification.reweighted.meeting import meetings
 from verification.reweighted.objective import Objective, rational_point
 
