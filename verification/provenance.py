@@ -53,13 +53,28 @@ SOLVING = tuple(
     )
 )
 RECOGNIZING = (*SOLVING, "convexperc/features", "convexperc/recognition")
+REFEREE = tuple(
+    f"verification/exact/{name}.py"
+    for name in (
+        "__init__",
+        "balls",
+        "central_path",
+        "formulation",
+        "numbers",
+        "problem",
+        "reduced",
+        "referee",
+    )
+)
+"""Of the folder of exact arithmetic, what the referee of optima imports: it runs no loop."""
 JUDGING = tuple(
     f"verification/{name}" for name in ("exact", "problems", "checks", "search", "ledger", "journal.py")
 )
 SUBJECTS: dict[str, tuple[str, ...]] = {
     "campaign": (
         *SOLVING,
-        *(f"verification/{name}" for name in ("exact", "problems", "journal.py")),
+        *REFEREE,
+        *(f"verification/{name}" for name in ("problems", "journal.py")),
         *(f"verification/checks/{name}.py" for name in ("clarabel", "interface", "measures")),
         *(f"verification/ledger/{name}.py" for name in ("evidence", "surveys")),
         *(f"verification/search/{name}.py" for name in ("campaign", "certify", "tallies", "tasks")),
