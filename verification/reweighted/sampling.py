@@ -3,7 +3,8 @@
 Rounding is not assumed but estimated: fourth differences at points 2**-12 apart vanish for a smooth
 function up to about 1e-13 of it, so that what they leave is noise (Moré and Wild 2011). Where a function is
 a difference of larger numbers, such as 1 - exp(-r**2) at small r, it is constant between its steps and
-shows no noise: the noise of the neighbouring octaves is taken there, and `COARSE`.
+shows no noise: what most of an octave or two successive windows show is taken for its neighbours as well,
+and `COARSE`.
 """
 
 import warnings

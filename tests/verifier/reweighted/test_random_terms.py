@@ -47,12 +47,13 @@ def tail(r):
     return np.where(s < 14, s, 14 + np.exp(14.0) * (1001 - np.exp(-s) - 1001 + np.exp(-14.0)))
 
 
-@pytest.mark.parametrize(("name", "value"), [("COARSE", 0.0), ("RESOLVED", 1e6)])
+@pytest.mark.parametrize(("name", "value"), [("COARSE", 0.0), ("RESOLVED", 1e6), ("_lasting", np.zeros_like)])
 def test_rounding_that_hides_in_most_windows_accuses_nobody(name, value, monkeypatch):
-    """A tail below the rounding of the loss, and a sum of which a small part has steps."""
+    """A tail below the rounding, a sum of which a small part has steps, and steps in three windows alone."""
     pairs = {
         "COARSE": (tail, lambda r: np.where(r * r < 14, 1.0, np.exp(14 - r * r)), "r**2"),
         "RESOLVED": (*draw(0, 10855).functions(), draw(0, 10855).square),
+        "_lasting": (*draw(1, 52401).functions(), draw(1, 52401).square),
     }
     assert measured.judge_functions(*pairs[name], formula=False).faults == ()
     monkeypatch.setattr(sampling, name, value)
