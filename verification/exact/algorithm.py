@@ -15,7 +15,7 @@ from convexperc.errors import InputError
 from convexperc.problem.problem import Problem
 from verification.exact.balls import Numbers, UnresolvedError, exact, inner, root
 from verification.exact.problem import ExactProblem
-from verification.exact.reweighting import Square, WeightedSquares
+from verification.exact.reweighting import WeightedSquares
 
 SIZES = {
     "printed": ("w_i", Fraction(1, 2)),
@@ -99,17 +99,15 @@ class Systems:
 
     def _squares(self) -> WeightedSquares:
         """||X'w - o||^2 + lambda1 ||Xu - w||^2, then w_i^2 of each view and ||u^i||^2 of each modality."""
-        n, d = self.n, self.d
-        entry = [{k: fmpq(1)} for k in range(n + d)]
-        match = Square(
-            [dict(enumerate(column)) for column in zip(*self.rows, strict=True)], [-x for x in self.o]
-        )
-        consensus = [{i: fmpq(-1)} | {n + k: x for k, x in enumerate(row)} for i, row in enumerate(self.rows)]
-        fixed = [(fmpq(1), match), (self.lambda1, Square(consensus, [fmpq(0)] * n))]
-        blocks = [[i] for i in range(n)] + [[n + k for k in group] for group in self.groups]
-        return WeightedSquares(
-            n + d, fixed, [Square([entry[k] for k in block], [fmpq(0)] * len(block)) for block in blocks]
-        )
+        views, one, zero = range(self.n), fmpq(1), fmpq(0)
+        columns = zip(*self.rows, strict=True)
+        match = [(dict(enumerate(column)), -x) for column, x in zip(columns, self.o, strict=True)]
+        consensus = [
+            ({i: -one} | {self.n + k: x for k, x in enumerate(row)}, zero) for i, row in enumerate(self.rows)
+        ]
+        weighted = [[({i: one}, zero)] for i in views]
+        weighted += [[({self.n + k: one}, zero) for k in group] for group in self.groups]
+        return WeightedSquares(self.n + self.d, [(one, match), (self.lambda1, consensus)], weighted)
 
     def start(self) -> tuple[Numbers, Numbers]:
         """Line 2: w = argmin ||X'w - o||, then u = argmin ||Xu - w||, each of least norm, exactly.
@@ -129,8 +127,8 @@ class Systems:
         u = R.transpose() * outer.solve(gram.solve(C.transpose() * w))
         return list(w.entries()), list(u.entries())
 
-    def step(self, update: Update, w: Numbers, u: Numbers, *, balls: bool = False) -> tuple[Numbers, Numbers]:
-        """Lines 4-8: the next (w, u); with `balls` no rational system is solved.
+    def step(self, update: Update, w: Numbers, u: Numbers) -> tuple[Numbers, Numbers]:
+        """Lines 4-8: the next (w, u).
 
         Raises
         ------
@@ -144,9 +142,9 @@ class Systems:
         lambdas = [self.lambda2 * factor] * self.n + [self.lambda3 * factor] * len(self.groups)
         weights = [_weight(weight, size) for weight, size in zip(lambdas, sizes, strict=True)]
         views, features = range(self.n), range(self.n, self.n + self.d)
-        new_w = self.squares.system(views, [*w, *u], weights).solved("w", unique=True, balls=balls)
+        new_w = self.squares.system(views, [*w, *u], weights).solved("w", unique=True)
         seen = new_w if update.order == "gauss_seidel" else w
-        new_u = self.squares.system(features, [*seen, *u], weights).solved("u", unique=True, balls=balls)
+        new_u = self.squares.system(features, [*seen, *u], weights).solved("u", unique=True)
         return new_w, new_u
 
 

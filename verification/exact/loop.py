@@ -132,7 +132,8 @@ def rise_confirmed(
         with precision(bits):
             try:
                 before = objective(systems.problem, *point, bits=bits)
-                new = systems.step(update, *point, balls=bits == PRECISIONS[0])
+                quick = bits == PRECISIONS[0]
+                new = systems.step(update, *(_shortened(x) if quick else x for x in point))
                 after = objective(systems.problem, *new, bits=bits)
             except SingularStepError:
                 return Rise(False, before, None)
@@ -159,7 +160,7 @@ def image(
     """
     with precision(PRECISIONS[0]):
         point = [ball(x) for x in w], [ball(x) for x in u]
-        new_w, new_u = Systems(problem).step(update, *point, balls=True)
+        new_w, new_u = Systems(problem).step(update, *point)
         return _enclosures(new_w), _enclosures(new_u), objective(problem, *point)
 
 

@@ -10,15 +10,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import flint
-from flint import arb, arb_mat, fmpq, fmpq_mat
+from flint import arb_mat, fmpq, fmpq_mat
 
 from convexperc.errors import SolverError
-from verification.exact.balls import Numbers, UnresolvedError
+from verification.exact.balls import Numbers, UnresolvedError, inner
 
 Row = Mapping[int, Any]
 """A row of a matrix: its entries that are not 0, rational, by column."""
 
-UNSOLVABLE = "no solution"
+Square = Sequence[tuple[Row, Any]]
+"""||A z + b||^2: the rows of A, each with its entry of b, all rational."""
 
 
 class UndefinedUpdateError(SolverError):
@@ -47,22 +48,6 @@ class SingularStepError(UndefinedUpdateError):
 
 
 @dataclass(frozen=True)
-class Square:
-    """||A z + b||^2.
-
-    Attributes
-    ----------
-    rows : sequence of Row
-        Of A.
-    constant : list of fmpq
-        b.
-    """
-
-    rows: Sequence[Row]
-    constant: Numbers
-
-
-@dataclass(frozen=True)
 class System:
     """The normal equations M z = -c of one block, where what is held keeps its value.
 
@@ -83,13 +68,11 @@ class System:
     held: list[Numbers]
     point: Numbers
 
-    @property
-    def gradient(self) -> Numbers:
-        """Half the gradient at `point`."""
-        rows = zip(self.matrix, self.linear, strict=True)
-        return [c + sum((a * x for a, x in zip(row, self.point, strict=True)), fmpq(0)) for row, c in rows]
+    def gradient(self, z: Numbers) -> Numbers:
+        """Half the gradient, M z + c."""
+        return [inner(row, z) + c for row, c in zip(self.matrix, self.linear, strict=True)]
 
-    def solved(self, name: str, *, unique: bool = False, balls: bool = False) -> Numbers:
+    def solved(self, name: str, *, unique: bool = False) -> Numbers:
         """The z that solves it: the minimiser where M is positive definite.
 
         Parameters
@@ -98,8 +81,6 @@ class System:
             Of the variables, for errors.
         unique : bool
             Whether a singular M is an error; else entries that are free are 0.
-        balls : bool
-            Whether to solve in balls even where all numbers are rational.
 
         Raises
         ------
@@ -110,16 +91,11 @@ class System:
         UnresolvedError
             Balls do not tell.
         """
-        kept, basis = _kept(self.held, self.point)
-        matrix = [[_form(self.matrix, a, b) for b in basis] for a in basis]
-        shifted = [k for k, x in enumerate(kept) if not _is_zero(x)]
-        forces = [
-            c + sum((row[k] * kept[k] for k in shifted), fmpq(0))
-            for row, c in zip(self.matrix, self.linear, strict=True)
-        ]
-        right = [-sum((a * forces[k] for k, a in vector.items()), fmpq(0)) for vector in basis]
-        found = list(kept)
-        for y, vector in zip(_solve(name, matrix, right, unique, balls), basis, strict=True):
+        found, basis = _kept(self.held, self.point)
+        gradient = self.gradient(found)
+        matrix = [_form(self.matrix, a, b) for a in basis for b in basis]
+        right = [-sum((a * gradient[k] for k, a in vector.items()), fmpq(0)) for vector in basis]
+        for y, vector in zip(_solve(name, matrix, right, unique), basis, strict=True):
             for k, a in vector.items():
                 found[k] = found[k] + y * a
         return found
@@ -138,72 +114,49 @@ class WeightedSquares:
     """
 
     def __init__(self, size: int, fixed: Sequence[tuple[Any, Square]], weighted: Sequence[Square]) -> None:
-        self.weighted = tuple(weighted)
-        self.matrix = [[fmpq(0)] * size for _ in range(size)]
-        self.linear = [fmpq(0)] * size
+        matrix, linear = fmpq_mat(size, size), fmpq_mat(size, 1)
         for factor, square in fixed:
-            self._add(factor, square)
-
-    def _add(self, factor: Any, square: Square) -> None:
-        used = sorted({k for row in square.rows for k in row})
-        if not used or not factor:
-            return
-        shape = len(square.rows), len(used)
-        A = fmpq_mat(*shape, [row.get(k, 0) for row in square.rows for k in used])
-        weighted = A.transpose() * factor
-        product = (weighted * A).tolist()
-        shift = (weighted * fmpq_mat(shape[0], 1, square.constant)).entries()
-        for k, row, c in zip(used, product, shift, strict=True):
-            self.linear[k] += c
-            for j, a in zip(used, row, strict=True):
-                self.matrix[k][j] += a
+            A = fmpq_mat(len(square), size, [row.get(k, 0) for row, _ in square for k in range(size)])
+            scaled = A.transpose() * factor
+            matrix += scaled * A
+            linear += scaled * fmpq_mat(len(square), 1, [b for _, b in square])
+        self.matrix, self.linear, self.weighted = matrix.tolist(), linear.entries(), weighted
 
     def system(self, block: Sequence[int], point: Numbers, weights: Sequence[Any]) -> System:
         """The equations of the columns of a block, the others fixed at `point`; a weight of None holds."""
         place = {k: i for i, k in enumerate(block)}
-        others = [k for k in range(len(point)) if k not in place and not _is_zero(point[k])]
+        others = [0 if k in place else x for k, x in enumerate(point)]
         matrix = [[self.matrix[k][j] for j in block] for k in block]
         linear = [
-            sum((self.matrix[k][j] * point[j] for j in others if self.matrix[k][j] != 0), self.linear[k])
+            sum((a * x for a, x in zip(self.matrix[k], others, strict=True) if a != 0), self.linear[k])
             for k in block
         ]
         held: list[Numbers] = []
         for square, weight in zip(self.weighted, weights, strict=True):
-            for row, b in zip(square.rows, square.constant, strict=True):
+            for row, b in square:
                 inside = [(place[k], a) for k, a in row.items() if k in place]
-                if not inside:
+                if inside and weight is None:
+                    held.append([row.get(k, fmpq(0)) for k in block])
                     continue
-                if weight is None:
-                    held.append([fmpq(0)] * len(block))
-                    for i, a in inside:
-                        held[-1][i] = a
-                    continue
-                rest = sum((a * point[k] for k, a in row.items() if k not in place), b)
+                rest = sum((a * others[k] for k, a in row.items()), b)
                 for i, a in inside:
-                    if not _is_zero(rest):
-                        linear[i] = linear[i] + weight * a * rest
+                    linear[i] = linear[i] + weight * a * rest
                     for j, other in inside:
                         matrix[i][j] = matrix[i][j] + weight * a * other
         return System(matrix, linear, held, [point[k] for k in block])
 
 
-def _is_zero(value: Any) -> bool:
-    """Whether a number is 0 for certain; of a ball with other numbers besides, != 0 is false as well."""
-    return bool(value == 0)
-
-
 def _kept(rows: list[Numbers], point: Numbers) -> tuple[Numbers, list[Row]]:
     """A vector on which the rows are as at `point`, and a basis of those on which they vanish."""
     size = len(point)
-    if not rows:
-        return [fmpq(0)] * size, [{k: fmpq(1)} for k in range(size)]
-    echelon, rank = fmpq_mat(len(rows), size, [a for row in rows for a in row]).rref()
     kept, basis = [fmpq(0)] * size, {k: {k: fmpq(1)} for k in range(size)}
-    for row in echelon.tolist()[:rank]:
+    echelon = fmpq_mat(len(rows), size, [a for row in rows for a in row]).rref()[0]
+    for row in echelon.tolist():
         entries = [(k, a) for k, a in enumerate(row) if a != 0]
-        pivot = entries[0][0]
-        kept[pivot] = sum((a * point[k] for k, a in entries), fmpq(0))
-        del basis[pivot]
+        if entries:
+            pivot = entries[0][0]
+            kept[pivot] = sum((a * point[k] for k, a in entries), fmpq(0))
+            del basis[pivot]
         for k, a in entries[1:]:
             basis[k][pivot] = -a
     return kept, list(basis.values())
@@ -214,43 +167,25 @@ def _form(matrix: list[Numbers], a: Row, b: Row) -> Any:
     return sum((x * matrix[i][j] * y for i, x in a.items() for j, y in b.items()), fmpq(0))
 
 
-def _solve(name: str, matrix: list[Numbers], right: Numbers, unique: bool, balls: bool) -> Numbers:
-    size, entries = len(right), [a for row in matrix for a in row]
+def _solve(name: str, entries: Numbers, right: Numbers, unique: bool) -> Numbers:
+    size, rational = len(right), all(isinstance(a, fmpq) for a in entries)
     if not size:
         return []
-    if not balls and all(isinstance(a, fmpq) for a in (*entries, *right)):
-        return _rationally(name, fmpq_mat(size, size, entries), right, unique)
     try:
-        whole = arb_mat(size, size, [arb(a) for a in entries])
-        found = whole.solve(arb_mat(size, 1, [arb(b) for b in right]), algorithm="precond")
+        if rational and all(isinstance(b, fmpq) for b in right):
+            return list(fmpq_mat(size, size, entries).solve(fmpq_mat(size, 1, right)).entries())
+        matrix = arb_mat(size, size, entries)
+        return list(matrix.solve(arb_mat(size, 1, right), algorithm="precond").entries())
     except ZeroDivisionError:
-        if unique and all(isinstance(a, fmpq) for a in entries):
-            _check_rank(name, fmpq_mat(size, size, entries))
+        rank = int(fmpq_mat(size, size, entries).rank()) if rational else size
+    if unique and rank < size:
+        raise SingularStepError(name, size, rank)
+    if not all(isinstance(a, fmpq) for a in (*entries, *right)):
         what, must = f"the matrix of the update of {name}", "must be invertible throughout its balls"
-        raise UnresolvedError(what, value=f"{flint.ctx.prec} bits", must=must, remedy="Use more.") from None
-    return list(found.entries())
-
-
-def _rationally(name: str, matrix: fmpq_mat, right: Numbers, unique: bool) -> Numbers:
-    size = len(right)
-    try:
-        return list(matrix.solve(fmpq_mat(size, 1, right)).entries())
-    except ZeroDivisionError:
-        if unique:
-            _check_rank(name, matrix)
-    rows = zip(matrix.tolist(), right, strict=True)
-    echelon, rank = fmpq_mat(size, size + 1, [a for row, b in rows for a in (*row, b)]).rref()
-    found = [fmpq(0)] * size
-    for row in echelon.tolist()[:rank]:
-        pivot = next(k for k, a in enumerate(row) if a != 0)
-        if pivot == size:
-            must = "must have a solution"
-            raise UndefinedUpdateError(f"the system of the update of {name}", value=UNSOLVABLE, must=must)
-        found[pivot] = row[size]
+        raise UnresolvedError(what, value=f"{flint.ctx.prec} bits", must=must, remedy="Use more.")
+    rows = [[*entries[i * size : (i + 1) * size], b] for i, b in enumerate(right)]
+    *found, unsolvable = _kept(rows, [fmpq(0)] * size + [fmpq(1)])[0]
+    if unsolvable:
+        must = "must have a solution"
+        raise UndefinedUpdateError(f"the system of the update of {name}", value="none", must=must)
     return found
-
-
-def _check_rank(name: str, matrix: fmpq_mat) -> None:
-    rank = int(matrix.rank())
-    if rank < matrix.nrows():
-        raise SingularStepError(name, int(matrix.nrows()), rank) from None

@@ -153,7 +153,7 @@ class Loop:
         for name, matrix in part.affine.parts.items():
             for row, entries in zip(rows, matrix, strict=True):
                 row |= {k: exact(a) for k, a in zip(self.columns[name], entries, strict=True) if a}
-        return Square(rows, [exact(b) for b in part.affine.constant])
+        return list(zip(rows, map(exact, part.affine.constant), strict=True))
 
     def _weight(self, part: Part, point: Point) -> Any:
         """Coefficient, factor of the square and weight together; None where it grows without bound."""
@@ -177,7 +177,7 @@ class Loop:
         if not all(_is_multiple_of_unit(part) for part in self.objective.parts):
             must = "must be for objectives of ||x - a|| and its square alone"
             raise InputError("at_zero='leave'", value="another expression", must=must)
-        gradient, size = system.gradient, system.matrix[0][0]
+        gradient, size = system.gradient(system.point), system.matrix[0][0]
         force = 2 * root(inner(gradient, gradient))
         if bool(force <= pull):
             return system.point

@@ -1,5 +1,6 @@
 """The general update in exact numbers: against NumPy, what is held, and what has no solution."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from verification.exact.reweighting import (
 
 def square(matrix: Any, constant: Any) -> Square:
     rows = [{k: fmpq(int(a)) for k, a in enumerate(row) if a} for row in matrix]
-    return Square(rows, [fmpq(int(b)) for b in constant])
+    return list(zip(rows, (fmpq(int(b)) for b in constant), strict=True))
 
 
 def equations(matrix: list[list[int]], right: list[int]) -> System:
@@ -38,8 +39,9 @@ def test_an_update_is_the_weighted_least_squares_of_its_block(balls: bool) -> No
         squares = WeightedSquares(6, [(fmpq(1), given[0]), (fmpq(k), given[1])], given[2:])
         block, others = [0, 2, 5], [1, 3, 4]
         with precision(256):
-            system = squares.system(block, [fmpq(int(x)) for x in point], weights)
-            found = [float(arb(x).mid()) for x in system.solved("z", balls=balls)]
+            number = arb if balls else fmpq
+            system = squares.system(block, [number(int(x)) for x in point], weights)
+            found = [float(arb(x).mid()) for x in system.solved("z")]
         roots = np.sqrt(np.repeat([1, k, 2, 0.2], [shape[0] for shape in shapes]))[:, None]
         rows = roots * np.vstack(A)
         right = -rows[:, others] @ point[others] - roots[:, 0] * np.concatenate(b)
@@ -71,9 +73,10 @@ def test_a_singular_system_is_an_error_or_leaves_what_is_free_at_zero() -> None:
     assert solvable.solved("z") == [2, 0]
     with pytest.raises(UndefinedUpdateError, match="the update of z must have a solution"):
         unsolvable.solved("z")
-    for balls in (False, True):
+    in_balls = replace(solvable, linear=[arb(-2), arb(-2)])
+    for system in (solvable, in_balls):
         with pytest.raises(SingularStepError, match="must have full rank 2; got 'rank 1'") as caught:
-            solvable.solved("z", unique=True, balls=balls)
+            system.solved("z", unique=True)
         assert (caught.value.system, caught.value.order, caught.value.rank) == ("z", 2, 1)
 
 
