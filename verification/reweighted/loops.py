@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from convexperc.errors import InputError, SolverError
 from verification.exact.balls import Numbers, UnresolvedError, exact, inner, precision, root
 from verification.exact.reweighting import Square, System, UndefinedUpdateError, WeightedSquares
-from verification.reweighted.dimensions import degree
+from verification.reweighted.dimensions import POWERS, degree
 from verification.reweighted.expressions import VARIABLE, exactly
 from verification.reweighted.objective import (
     Objective,
@@ -217,23 +217,25 @@ def unbounded_at_zero(objective: Objective, point: Point) -> bool:
 def in_unit(loop: Loop, unit: Fraction) -> Loop | None:
     """The same loop for data in another unit: every residual is multiplied by `unit`, and F stays as it is.
 
-    Weights, start and stopping rule are kept as they are stated, but for widths, which have the unit of a
-    residual.
+    Weights, start and stopping rule are kept as they are stated. Widths have the first of the units `POWERS`
+    with which their loss is the same up to a factor: most often that of a residual.
 
     Returns
     -------
     Loop or None
-        None where a loss has a unit of its own.
+        None where a loss has a unit of its own, or is multiplied by a root of the unit.
     """
     parts = []
     for part in loop.objective.parts:
         term, power = part.term, sp.Integer(2)
         if term is not None:
-            power = degree(term.loss_expression, {VARIABLE: 1} | dict.fromkeys(term.widths, 1))
+            loss = term.loss_expression
+            units = ((p, degree(loss, {VARIABLE: 1} | dict.fromkeys(term.widths, p))) for p in POWERS)
+            of_width, power = next((pair for pair in units if pair[1] is not None), (None, None))
             if power is None or not power.is_Integer:
                 return None
-            widths = {name: exactly(value) * exactly(unit) for name, value in term.widths.items()}
-            term = replace(term, widths=widths)
+            scale = exactly(unit) ** of_width
+            term = replace(term, widths={name: exactly(value) * scale for name, value in term.widths.items()})
         affine = replace(part.affine, constant=part.affine.constant * unit)
         parts.append(Part(part.coefficient / unit ** int(power), affine, term))
     start = (

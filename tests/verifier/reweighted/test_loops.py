@@ -115,7 +115,9 @@ def test_another_unit_makes_the_same_loop() -> None:
     x = variable("x", 1)
     rho, weight = "r**2/2 if r <= c else c*r - c**2/2", "1 if r <= c else c/r"
     huber = loss(x - [3], rho, weight, square="r**2/2", widths={"c": 1})
-    loop = Loop(squares(x - [1]) + 2 * norm(x) + huber)
+    slope = {"signed": True, "widths": {"q": Fraction(1, 4)}}
+    quantile = loss(x - [2], "q*r if r >= 0 else (q - 1)*r", "q/(2*r) if r >= 0 else (q - 1)/(2*r)", **slope)
+    loop = Loop(squares(x - [1]) + 2 * norm(x) + huber + quantile)
     unit = Fraction(1, 1024)
     moved = in_unit(loop, unit)
     assert moved is not None
