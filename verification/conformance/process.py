@@ -60,9 +60,9 @@ class Process:
         return bytes(self.err).decode("utf-8", "replace").strip()
 
     @contextmanager
-    def listening(self, pending: bytes = b"") -> Iterator["Listening"]:
-        """Listen to it, with what it is still to read."""
-        found = Listening(self, pending)
+    def listening(self, pending: bytes = b"", *, last: bool = False) -> Iterator["Listening"]:
+        """Listen to it, with what it is still to read; after the last of that its input is closed."""
+        found = Listening(self, pending, last)
         try:
             yield found
         finally:
@@ -106,6 +106,8 @@ class Listening:
     process : Process
     pending : bytes
         Still to be written.
+    last : bool
+        Whether its input is closed after that.
 
     Attributes
     ----------
@@ -113,8 +115,9 @@ class Listening:
         Whether the program has closed its output.
     """
 
-    def __init__(self, process: Process, pending: bytes) -> None:
+    def __init__(self, process: Process, pending: bytes, last: bool) -> None:
         self.process, self.pending, self.closed = process, memoryview(pending), False
+        self.last = last
         self.start = time.monotonic()
         self.selector = selectors.DefaultSelector()
         popen = process.popen
@@ -182,6 +185,8 @@ class Listening:
             self.pending = self.pending[:0]
         if not self.pending:
             self.selector.unregister(stream)
+            if self.last:
+                _close(stream)
 
     def _read(self, key: selectors.SelectorKey) -> bool:
         """Read what is there; whether it was of standard output."""

@@ -8,7 +8,6 @@ add ``"warned": ["text", ...]``. NaN and Infinity are written as Python writes t
 import importlib
 import json
 import shlex
-import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -18,12 +17,17 @@ from typing import Any
 import numpy as np
 
 from convexperc.errors import InputError, SolverError, escaped
+from verification.conformance.process import Process
+from verification.reweighted.inputs import arrays, line, listed
 
 SECONDS = 60.0
 """Time for one answer."""
 
 KEPT = 300
 """Characters of what a program wrote that a failure shows."""
+
+LONGEST = 1 << 26
+"""Bytes that a program may write."""
 
 
 class Command:
@@ -48,44 +52,78 @@ class Command:
         self.seconds, self.__name__ = seconds, Path(self.words[0]).name
 
     def __call__(self, **data: Any) -> Any:
-        """Ask for one answer.
+        """Ask for one answer; the program and all that it started are ended then.
 
         Raises
         ------
         SolverError
-            The program fails, takes too long, or writes no answer.
+            The program fails, takes too long, writes too much, or writes no answer.
         NotImplementedError
             It refuses the input.
         """
-        line = json.dumps({name: np.asarray(value).tolist() for name, value in data.items()}) + "\n"
+        sent = f"{line(listed(data))}\n".encode()
         try:
-            done = subprocess.run(
-                self.words, input=line.encode(), capture_output=True, timeout=self.seconds, check=False
-            )
-        except (OSError, subprocess.TimeoutExpired) as fault:
-            raise self._failed(
-                type(fault).__name__, f"must start, and answer within {self.seconds:g} s"
-            ) from None
-        if done.returncode:
-            words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
-            raise self._failed(f"exit status {done.returncode}", f"must end with status 0, not {words}")
-        return self._read(done.stdout.decode("utf-8", "replace"))
+            process = Process.start(self.words, None)
+        except OSError as fault:
+            raise self._failed(type(fault).__name__, "must start") from None
+        try:
+            with process.listening(sent, last=True) as ready:
+                while len(process.out) <= LONGEST and ready(ready.start + self.seconds):
+                    pass
+                code = ready.code(self.seconds)
+        finally:
+            process.kill()
+        if len(process.out) > LONGEST:
+            raise self._failed(f"more than {LONGEST} bytes", "must write an answer")
+        if code is None:
+            raise self._failed("no answer", f"must answer and end within {self.seconds:g} s")
+        if code:
+            words = process.last_words.splitlines()[-1:]
+            raise self._failed(f"exit status {code}", f"must end with status 0, not {words}")
+        return self._read(process.out.decode("utf-8", "replace"))
 
     def _read(self, text: str) -> Any:
         try:
             found = json.loads(text.strip().splitlines()[-1])
         except (IndexError, ValueError):
             found = None
-        if not isinstance(found, dict) or len(found.keys() & {"answer", "refused"}) != 1:
-            raise self._failed(text[-KEPT:], 'must write a JSON object with "answer" or "refused"')
-        for warned in found.get("warned", ()):
-            warnings.warn(str(warned), UserWarning, stacklevel=3)
-        if "refused" in found:
-            raise NotImplementedError(escaped(str(found["refused"])))
-        return found["answer"]
+        return answered(found, self._what, text[-KEPT:])
+
+    @property
+    def _what(self) -> str:
+        return f"the program {self.__name__}"
 
     def _failed(self, value: str, must: str) -> SolverError:
-        return SolverError(f"the program {self.__name__}", value=value, must=must[:KEPT])
+        return SolverError(self._what, value=value, must=must[:KEPT])
+
+
+def answered(found: Any, what: str, text: str) -> Any:
+    """What an object says that answers an input; warnings of the program are given.
+
+    Parameters
+    ----------
+    found : Any
+        As read from JSON.
+    what, text : str
+        Who wrote it, and how, for the error.
+
+    Raises
+    ------
+    SolverError
+        It has not one of ``answer`` and ``refused``, or ``warned`` is no list.
+    NotImplementedError
+        The program refuses the input.
+    """
+    if not isinstance(found, dict) or len(found.keys() & {"answer", "refused"}) != 1:
+        raise SolverError(what, value=text, must='must write a JSON object with "answer" or "refused"')
+    warned = found.get("warned", [])
+    if not isinstance(warned, list):
+        raise SolverError(what, value=text, must='must write "warned" as a list of texts')
+    for each in warned:
+        warnings.warn(str(each), UserWarning, stacklevel=3)
+    if "refused" in found:
+        raise NotImplementedError(escaped(str(found["refused"])))
+    return found["answer"]
 
 
 def module(target: str, seconds: float = SECONDS) -> Command:
@@ -93,7 +131,7 @@ def module(target: str, seconds: float = SECONDS) -> Command:
     return Command([sys.executable, "-m", "verification.reweighted.doors", target], seconds)
 
 
-def serve(target: str, line: str) -> str:
+def serve(target: str, given: str) -> str:
     """The answer of a function to one line.
 
     Raises
@@ -107,23 +145,21 @@ def serve(target: str, line: str) -> str:
     )
     if function is None:
         raise InputError("target", value=target, must="must be package.module:function")
-    data = {
-        key: np.array(value) if isinstance(value, list) else value for key, value in json.loads(line).items()
-    }
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            found = {"answer": _plain(function(**data))}
+            answer, refused = function(**arrays(json.loads(given))), ""
         except (ValueError, NotImplementedError) as fault:
-            found = {"refused": f"{type(fault).__name__}: {fault}"}
+            answer, refused = None, f"{type(fault).__name__}: {fault}"
+    found = {"refused": refused} if refused else {"answer": _plain(answer)}
     told = [str(each.message) for each in caught if issubclass(each.category, UserWarning)]
     return json.dumps(found | ({"warned": told} if told else {}))
 
 
 def _plain(found: Any) -> Any:
     if isinstance(found, dict):
-        return {name: np.asarray(value).tolist() for name, value in found.items()}
-    return np.asarray(found).tolist()
+        return {name: np.ma.asarray(value).tolist() for name, value in found.items()}
+    return np.ma.asarray(found).tolist()
 
 
 if __name__ == "__main__":

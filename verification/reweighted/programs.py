@@ -7,12 +7,10 @@ question "as given". What fails is shrunk by Hypothesis, and kept as a finding t
 with the program or without it. An acquittal speaks of the inputs that were asked, and of no others.
 """
 
-import hashlib
 import json
 import random
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from pathlib import Path
 from typing import Any, cast
 
@@ -21,9 +19,10 @@ import numpy as np
 from convexperc.errors import FileFormatError, InputError, check_type
 from convexperc.files import read_json, write_json
 from verification.reweighted.answers import Answer, Answers, Word
+from verification.reweighted.inputs import arrays, digest, plain
 from verification.reweighted.objective import Objective
 from verification.reweighted.optimum import Optimum
-from verification.reweighted.questions import Data, Question, all_questions
+from verification.reweighted.questions import Data, Question, checked
 from verification.reweighted.replies import REFUSALS, Kind, Reply, accepted, ask
 from verification.reweighted.verdicts import Rule, Verdict, rounded, verdict
 
@@ -35,9 +34,6 @@ FIRST = 6
 
 SEED = 20
 """Of the draws, so that a run can be repeated."""
-
-DIGITS = 16
-"""Hexadecimal digits of a finding's id."""
 
 BASIS = (
     "F in rationals and balls at the answer and at another point, of the data exactly as they are in float64"
@@ -95,12 +91,12 @@ class Finding:
             "id": self.id,
             "program": self.program,
             "question": self.question,
-            "input": _plain(self.data),
+            "input": plain(self.data),
             "kind": self.kind.value,
-            "answer": _plain(self.answer),
+            "answer": plain(self.answer),
             "warned": list(self.warned),
-            "other point": _plain(self.other),
-            "F": None if self.values is None else _plain(list(self.values)),
+            "other point": plain(self.other),
+            "F": None if self.values is None else plain(list(self.values)),
             "tolerance": self.rule.tolerance,
             "absolute": self.rule.absolute,
             "statement": self.statement,
@@ -183,7 +179,7 @@ def judge_program(
             raise InputError(what, value=type(function).__name__, must="must be a function of the data")
     trial = _Trial(program, build, rule or Rule(), refusals, name or getattr(program, "__name__", "program"))
     answers, findings = [], []
-    for question in questions or all_questions():
+    for question in checked(questions):
         case = _smallest(trial, question, data or {}, inputs, draws)
         answers.append(trial.answered(question, case))
         if case is not None:
@@ -218,7 +214,7 @@ class _Case:
         """Whether a finding is made of it."""
         if self.reply.kind is Kind.ANSWER:
             return self.verdict is not None and self.verdict.word is Word.NO
-        return self.reply.kind is not Kind.REFUSED
+        return self.reply.kind not in {Kind.REFUSED, Kind.NOT_ASKED}
 
     @property
     def fault(self) -> bool:
@@ -236,6 +232,8 @@ class _Trial:
     refusals: tuple[type[Exception], ...]
     name: str
     asked: int = 0
+    replies: int = 0
+    not_asked: int = 0
     undecided: list[str] = field(default_factory=list)
     wrong_as_given: int = 0
     worst: float = 0.0
@@ -244,7 +242,8 @@ class _Trial:
 
     def begin(self) -> None:
         """Count anew."""
-        self.asked, self.undecided, self.wrong_as_given, self.worst = 0, [], 0, 0.0
+        self.asked, self.not_asked, self.undecided = 0, 0, []
+        self.wrong_as_given, self.worst = 0, 0.0
 
     def case(self, question: Question, data: Data, variant: int) -> _Case | None:
         """Ask; None where the question does not apply to the input, or the program is wrong without it."""
@@ -263,14 +262,18 @@ class _Trial:
         reply = ask(self.program, data, objective, twice=twice, refusals=self.refusals)
         if reply.kind is not Kind.ANSWER:
             return _Case(given, data, reply, None)
-        key = _digest("", data)
+        key = digest("", data)
         judged = verdict(objective, reply.values, self.rule, self.optima.get(key))
         if judged.best is not None:
             self.optima[key] = judged.best
         return _Case(given, data, reply, judged)
 
     def _count(self, case: _Case) -> None:
+        if case.reply.kind is Kind.NOT_ASKED:
+            self.not_asked += 1
+            return
         self.asked += 1
+        self.replies += 1
         for text in case.reply.warned:
             self.warned[text] = self.warned.get(text, 0) + 1
         if case.reply.kind is Kind.REFUSED:
@@ -287,18 +290,24 @@ class _Trial:
             shown = {key: json.dumps(value) for key, value in self._shown(question, case).items()}
             return Answer(question.name, Word.NO, said, case.basis, shown, case.fault)
         wrong = f"On {self.wrong_as_given} more it is wrong as they are given." if self.wrong_as_given else ""
-        if self.asked and not self.undecided:
+        unknown = f"{self.not_asked} more have no answer on record." if self.not_asked else ""
+        if self.asked and not self.undecided and not unknown:
             far = f"farthest above F*: {self.worst:.1e} of it"
             said = f"Within the tolerance on all {self.asked} inputs; {far}. {wrong}"
             basis = "a proved lower bound of each optimum; for these inputs alone"
             return Answer(question.name, Word.YES, said.strip(), basis)
         acquitted = self.asked - len(self.undecided)
-        why = self.undecided[0] if self.undecided else "" if wrong else "The question applies to no input."
-        parts = [f"Within the tolerance on {acquitted} of {self.asked} inputs.", why, wrong]
+        none = "" if self.asked or wrong or unknown else "The question applies to no input."
+        why = self.undecided[0] if self.undecided else none
+        parts = [f"Within the tolerance on {acquitted} of {self.asked} inputs.", why, wrong, unknown]
         return Answer(question.name, Word.UNDECIDED, " ".join(filter(None, parts)), BASIS)
 
     def warnings(self) -> Answer:
         """What the program warned of."""
+        if not self.replies:
+            return Answer(
+                "warnings", Word.UNDECIDED, "Nothing was asked.", "calls with all warnings recorded"
+            )
         if not self.warned:
             return Answer("warnings", Word.YES, "It gave no warnings.", "calls with all warnings recorded")
         counted = "; ".join(f"{text} ({count} times)" for text, count in self.warned.items())
@@ -324,18 +333,18 @@ class _Trial:
         return rounded(case.verdict.value.lower), rounded(case.verdict.other_value)
 
     def _shown(self, question: Question, case: _Case) -> dict[str, Any]:
-        shown = {"id": _digest(question, case.data), "input": _plain(case.data)}
+        shown = {"id": digest(question.name, case.data), "input": plain(case.data)}
         if case.reply.values:
-            shown["answer"] = _plain(case.reply.values)
+            shown["answer"] = plain(case.reply.values)
         if case.verdict is not None:
             shown["F(answer)"], shown["F(other point)"] = self._values(case)
-            shown["other point"] = _plain(case.verdict.other or {})
+            shown["other point"] = plain(case.verdict.other or {})
         return shown
 
     def finding(self, question: Question, case: _Case) -> Finding:
         """What is kept of a failure."""
         return Finding(
-            id=_digest(question, case.data),
+            id=digest(question.name, case.data),
             program=self.name,
             question=question.name,
             data=case.data,
@@ -411,32 +420,6 @@ def _drawn(trial: _Trial, question: Question, strategies: Mapping[str, Any], dra
     return _worst(trial, question, arrays(smallest))
 
 
-def arrays(data: Data) -> dict[str, Any]:
-    """Lists as arrays, of float64 unless all are integers."""
-    return {
-        name: np.array(value) if isinstance(value, list | tuple) else value for name, value in data.items()
-    }
-
-
-def _plain(value: Any) -> Any:
-    """JSON; a number that JSON has not as text."""
-    if isinstance(value, Mapping):
-        return {name: _plain(part) for name, part in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
-    if isinstance(value, Fraction) or (isinstance(value, float) and not np.isfinite(value)):
-        return str(value)
-    return value
-
-
-def _digest(question: Question | str, data: Data) -> str:
-    name = question if isinstance(question, str) else question.name
-    text = json.dumps({"question": name, "input": _plain(data)}, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
-
-
 def replay(
     finding: Finding | Path | Mapping[str, Any], build: Build, program: Program | None = None
 ) -> Answer:
@@ -473,7 +456,8 @@ def replay(
     trial = _Trial(lambda: None, build, rule, REFUSALS, record["program"])
     question = Question(record["question"], (0,), lambda given, _: given)
     if reply.kind is not Kind.ANSWER:
-        word = Word.UNDECIDED if program is None and reply.kind in NO_ANSWERS else Word.NO
+        unknown = (program is None and reply.kind in NO_ANSWERS) or reply.kind is Kind.NOT_ASKED
+        word = Word.UNDECIDED if unknown else Word.NO
         said = trial.statement(question, _Case(data, data, reply, None))
         return Answer("replay", word, said, whose, fault=record["fault"])
     judged = verdict(objective, reply.values, rule)
@@ -493,6 +477,6 @@ def _record(finding: Finding | Path | Mapping[str, Any]) -> Mapping[str, Any]:
         raise FileFormatError(
             file, value=type(record).__name__, must=f"must have {', '.join(sorted(wanted))}"
         )
-    if record["id"] != _digest(record["question"], record["input"]):
+    if record["id"] != digest(record["question"], record["input"]):
         raise FileFormatError(file, value=record["id"], must="must be the digest of its question and input")
     return record

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from convexperc.errors import InputError
+from convexperc.errors import InputError, check_type
 
 Data = Mapping[str, Any]
 """Arguments of a program by name: arrays, numbers, texts."""
@@ -173,3 +173,18 @@ def all_questions(
     if start is not None:
         found.append(started_at(*start))
     return (*found, asked_twice())
+
+
+def checked(questions: Sequence[Question] | None) -> tuple[Question, ...]:
+    """The questions; each input as it is, and the same input twice, where there are none given.
+
+    Raises
+    ------
+    InputError
+        One is no question.
+    """
+    if questions is None:
+        return all_questions()
+    for question in questions:
+        check_type(question, Question, "a question")
+    return tuple(questions)

@@ -29,6 +29,11 @@ class Kind(StrEnum):
     RAISED = "no answer: an exception"
     NOT_FINITE = "an answer that is not finite"
     NO_POINT = "an answer that is no point"
+    NOT_ASKED = "no answer on record: the program was not asked"
+
+
+class NotAskedError(Exception):
+    """A program elsewhere has not answered this input: nothing is known of what it would say."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,8 @@ def ask(
             if twice:
                 found = program(**own)
             values = _values(found, objective)
+        except NotAskedError as fault:
+            kind, values, text = Kind.NOT_ASKED, {}, str(fault)
         except refusals as fault:
             kind, values, text = Kind.REFUSED, {}, _shown(fault)
         except (Exception, SystemExit, GeneratorExit) as fault:  # whatever it raises is what came of it
@@ -114,7 +121,7 @@ def _text(value: Any, how: Callable[[Any], str]) -> str:
 
 
 def _values(found: Any, objective: Objective) -> dict[str, NDArray[np.float64]]:
-    """The answer by variable; empty where names or sizes are others."""
+    """The answer by variable; empty where names or sizes are others, or entries are missing."""
     if not isinstance(found, Mapping):
         if len(objective.sizes) != 1:
             return {}
@@ -122,14 +129,23 @@ def _values(found: Any, objective: Objective) -> dict[str, NDArray[np.float64]]:
     values = {}
     for name, size in objective.sizes.items():
         try:
-            given = np.asarray(found[name])
-            entries = given.astype(np.float64).ravel() if given.dtype.kind in "fiuO" else np.empty(0)
+            entries = _entries(found[name])
         except (KeyError, TypeError, ValueError):
             return {}
         if entries.size != size:
             return {}
         values[name] = entries
     return values
+
+
+def _entries(found: Any) -> NDArray[np.float64]:
+    """Numbers row by row; none where an entry is masked or None, which NumPy takes for a number or NaN."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # NumPy's about a masked entry of a list is not the program's
+        masked = np.ma.asarray(found)
+    given = np.asarray(masked)
+    missing = np.ma.is_masked(masked) or (given.dtype.kind == "O" and None in given.ravel().tolist())
+    return np.empty(0) if missing or given.dtype.kind not in "fiuO" else given.astype(np.float64).ravel()
 
 
 def _described(found: Any, objective: Objective) -> str:

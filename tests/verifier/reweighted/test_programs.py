@@ -2,6 +2,9 @@
 
 import json
 import sys
+import time
+from contextlib import nullcontext
+from pathlib import Path
 
 import cvxpy as cp
 import numpy as np
@@ -11,10 +14,10 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 from sklearn.linear_model import Lasso
 
-from convexperc.errors import FileFormatError, InputError, ToleranceError
+from convexperc.errors import FileFormatError, InputError, SolverError, ToleranceError
 from convexperc.lasso import certify_lasso
-from verification.reweighted import Rule, Word, all_questions, judge_program, loss, replay, variable
-from verification.reweighted.doors import Command, module
+from verification.reweighted import Rule, Word, all_questions, doors, judge_program, loss, replay, variable
+from verification.reweighted.doors import Command, module, serve
 from verification.reweighted.packages import cases, judge_packages
 from verification.reweighted.questions import as_given, other_units
 from verification.reweighted.verdicts import verdict
@@ -282,7 +285,79 @@ def test_functions_are_imported_in_a_process_of_their_own():
     assert found["as given"].word is Word.YES
     slow = Command([sys.executable, "-c", "import time; time.sleep(60)"], seconds=0.5)
     found = judge_program(slow, programs.median_objective, inputs=[{"y": [1.0]}], questions=(as_given(),))
-    assert "TimeoutExpired" in found["as given"].statement
+    assert "must answer and end within 0.5 s" in found["as given"].statement
+
+
+STARTING = """
+import subprocess, sys, time
+p = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(99)'])
+open(sys.argv[1], 'w').write(str(p.pid))
+"""
+
+
+@pytest.mark.parametrize("then", ["time.sleep(99)", "print('{\"answer\": 1.0}')"])
+def test_what_a_program_has_started_ends_with_it(then, tmp_path):
+    """With its output still open, whether the program answers or hangs."""
+    place, begun = tmp_path / "pid", time.monotonic()
+    door = Command([sys.executable, "-c", STARTING + then, str(place)], seconds=5.0)
+    answered = "print" in then
+    with nullcontext() if answered else pytest.raises(SolverError, match="within 5 s"):
+        assert door(y=[1.0]) == 1.0
+    while is_running(int(place.read_text())):
+        assert time.monotonic() - begun < 30.0
+        time.sleep(0.05)
+
+
+def is_running(pid):
+    """Not so once it is a zombie, which nobody may have waited for."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+def test_a_flood_is_ended_and_a_program_may_read_to_the_end_or_nothing(monkeypatch):
+    monkeypatch.setattr(doors, "LONGEST", 1 << 20)
+    flood = Command([sys.executable, "-c", "while True: print('x' * 9999)"], seconds=60.0)
+    with pytest.raises(SolverError, match="more than 1048576 bytes"):
+        flood(y=[1.0])
+    whole = Command(
+        [sys.executable, "-c", "import json, sys; print(json.dumps({'answer': json.load(sys.stdin)['y']}))"]
+    )
+    large = np.arange(1e5) / 3
+    assert np.array_equal(whole(y=large[:5000]), large[:5000])
+    deaf = Command([sys.executable, "-c", "print('{\"answer\": 2}')"])
+    assert deaf(y=large) == 2
+
+
+def test_data_that_are_no_json_are_no_fault_of_the_program():
+    with pytest.raises(InputError, match="JSON"):
+        Command([sys.executable, "-c", ""])(y=len)
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        np.ma.masked_array([3.0], [True]),
+        [np.ma.masked],
+        np.ma.masked,
+        {"m": np.ma.masked_array(3.0, True)},
+        [None],
+    ],
+)
+def test_a_masked_entry_is_no_point_whatever_number_it_hides(answer):
+    found = judge_program(lambda y: answer, programs.median_objective, inputs=[{"y": [3.0, 3.0]}])
+    assert accused(found) == {"as given"}, str(found)
+    assert "no point" in found["as given"].statement
+    bare = np.ma.masked_array([3.0], [False])
+    found = judge_program(lambda y: bare, programs.median_objective, inputs=[{"y": [3.0, 3.0]}])
+    assert not found.findings, str(found)
+
+
+def test_a_module_keeps_the_mask():
+    given = json.dumps({"data": [1.0, 2.0], "mask": [True, False]})
+    assert json.loads(serve("numpy.ma:masked_array", given)) == {"answer": [None, 2.0]}
 
 
 def test_programs_of_packages_that_are_installed_with_the_tests():
