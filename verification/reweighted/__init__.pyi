@@ -6,6 +6,7 @@ from .objective import Objective, each_loss, loss, norm, norm1, squares, variabl
 from .optimum import Optimum
 from .programs import Finding, ProgramAnswers, judge_program, replay
 from .questions import Question, all_questions
+from .recorded import export_inputs, judge_recorded
 from .terms import Term, judge_term
 from .verdicts import Rule
 
@@ -23,9 +24,11 @@ __all__ = [
     "Word",
     "all_questions",
     "each_loss",
+    "export_inputs",
     "judge_functions",
     "judge_loop",
     "judge_program",
+    "judge_recorded",
     "judge_term",
     "loss",
     "norm",
