@@ -290,16 +290,18 @@ class _Trial:
             shown = {key: json.dumps(value) for key, value in self._shown(question, case).items()}
             return Answer(question.name, Word.NO, said, case.basis, shown, case.fault)
         wrong = f"On {self.wrong_as_given} more it is wrong as they are given." if self.wrong_as_given else ""
-        unknown = f"{self.not_asked} more have no answer on record." if self.not_asked else ""
+        unknown = f"Inputs without an answer on record: {self.not_asked}." if self.not_asked else ""
         if self.asked and not self.undecided and not unknown:
             far = f"farthest above F*: {self.worst:.1e} of it"
             said = f"Within the tolerance on all {self.asked} inputs; {far}. {wrong}"
             basis = "a proved lower bound of each optimum; for these inputs alone"
             return Answer(question.name, Word.YES, said.strip(), basis)
         acquitted = self.asked - len(self.undecided)
-        none = "" if self.asked or wrong or unknown else "The question applies to no input."
-        why = self.undecided[0] if self.undecided else none
-        parts = [f"Within the tolerance on {acquitted} of {self.asked} inputs.", why, wrong, unknown]
+        within = f"Within the tolerance on {acquitted} of {self.asked} inputs."
+        none = "" if self.asked or wrong else "The question applies to no input."
+        parts = (
+            [within, none, *self.undecided[:1], wrong, unknown] if self.asked or not unknown else [unknown]
+        )
         return Answer(question.name, Word.UNDECIDED, " ".join(filter(None, parts)), BASIS)
 
     def warnings(self) -> Answer:

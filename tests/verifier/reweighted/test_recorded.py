@@ -131,7 +131,7 @@ def test_a_missing_answer_is_neither_a_refusal_nor_an_acquittal_nor_a_fault(tmp_
     assert found["as given"].word is Word.UNDECIDED
     assert (
         found["as given"].statement
-        == "Within the tolerance on 1 of 1 inputs. 1 more have no answer on record."
+        == "Within the tolerance on 1 of 1 inputs. Inputs without an answer on record: 1."
     )
     assert found["add a zero row"].word is Word.YES, "it is told of the others all the same"
     assert f"1 of {len(answers) + 1} inputs have no answer: {lost}." in found["record"].statement

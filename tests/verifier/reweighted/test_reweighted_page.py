@@ -3,7 +3,9 @@
 import json
 import re
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -11,6 +13,7 @@ from verification.__main__ import app
 from verification.reweighted import judge_term
 from verification.reweighted.gallery import CASES
 from verification.reweighted.gallery_page import markdown
+from verification.reweighted.inputs import arrays, digest
 from verification.reweighted.judging import QUESTIONS
 from verification.reweighted.records import stored, stored_records
 
@@ -35,8 +38,9 @@ def judged(text: str, folder: Path) -> tuple[int, dict[str, dict[str, str]]]:
     file, answers = folder / "stated.py", folder / "answers.json"
     file.write_text(text, encoding="utf-8")
     done = RUNNER.invoke(app, ["loops", str(file), "--json", str(answers)])
-    found = json.loads(answers.read_text(encoding="utf-8"))["answers"]
-    return done.exit_code, {each["question"]: each for each in found}
+    found = json.loads(answers.read_text(encoding="utf-8"))
+    assert found["subject"] == "stated"
+    return done.exit_code, {each["question"]: each for each in found["answers"]}
 
 
 def test_ten_lines_give_the_failure_and_the_repair(tmp_path: Path) -> None:
@@ -78,6 +82,37 @@ def test_the_programs_of_the_page_are_judged_as_it_says(capsys: pytest.CaptureFi
     assert re.search(r"as given +yes", floored)
     assert re.search(r"other units +no", floored)
     assert " no " not in exact.replace("It gave no warnings.", "")
+
+
+def test_the_recorded_answers_of_the_page_are_judged_as_the_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec(compile(block(3), str(PAGE), "exec"), names)
+    capsys.readouterr()
+    exec(compile(block(4), str(PAGE), "exec"), names)
+    before = capsys.readouterr().out
+    assert not re.search(r" (yes|no)  ", before.partition("  record ")[0]), before
+
+    answers = names["folder"] / "answers.jsonl"
+    for line in (names["folder"] / "inputs.jsonl").read_text(encoding="utf-8").splitlines():
+        asked = json.loads(line)
+        answer = names["floored"](np.array(asked["input"]["y"]))
+        with answers.open("a", encoding="utf-8") as taken:
+            taken.write(json.dumps({"id": asked["id"], "answer": answer}) + "\n")
+    exec(compile(block(4), str(PAGE), "exec"), names)
+    after = capsys.readouterr().out
+    assert re.search(r"as given +yes", after)
+    assert re.search(r"other units +no", after)
+    assert re.search(r"ask twice +undecided +Not asked", after)
+    assert re.search(r"record +yes", after)
+    shown = re.search(
+        r'^    (\{"id".*"input".*)\n    (\{.*"answer".*)$', PAGE.read_text(encoding="utf-8"), re.M
+    )
+    assert shown is not None
+    line, told = (json.loads(each) for each in shown.groups())
+    assert line["id"] == told["id"] == digest("", arrays(line["input"]))
 
 
 @pytest.mark.parametrize("case", CASES)
