@@ -1,7 +1,7 @@
 """The command about losses and their weights: tables, and the campaign about the judges; no mathematics."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.table import Table as Grid
@@ -10,18 +10,20 @@ from convexperc.files import write_json
 from verification.commands.console import console, say
 from verification.commands.misuse import FAILED, OPEN, check_places, misuse
 from verification.commands.progress import progress
+from verification.commands.resumable import counted, open_journal, store
 
 if TYPE_CHECKING:
     from verification.reweighted.answers import Answer
-    from verification.reweighted.campaign import Outcome, Settings
+    from verification.reweighted.campaign import Settings
     from verification.reweighted.kernels import Judged
 
 KERNELS_HELP = (
     "Judge robust losses and their weights: known formulas, and those of installed libraries.\n\n"
-    "With --campaign the judges themselves are tried, on random pairs and on planted faults. Exit code 0: "
-    "all was judged, whatever the answers, or no sound pair of the campaign was accused; 1: one was, a "
-    "planted fault was not named, an exception was raised, or pairs were lost with a worker; 2: misuse; "
-    "3: broken off, or a kernel could not be judged."
+    "With --campaign the judges themselves are tried, on random pairs and on planted faults; with --json one "
+    "that is broken off goes on where it was when it is started again. Exit code 0: all was judged, "
+    "whatever the answers, or no sound pair of the campaign was accused; 1: one was, a planted fault "
+    "was not named, an exception was raised, or pairs were lost with a worker; 2: misuse; "
+    "3: the campaign was broken off, or a kernel could not be judged."
 )
 QUESTIONS = ("tangent", "majorises", "sign", "at zero", "units")
 SCHEMA = "convexperc/kernel-table/1"
@@ -50,7 +52,7 @@ def kernels(
     """Run the command ``kernels``."""
     from verification.provenance import stamp  # noqa: PLC0415 - keeps --help quick
     from verification.reweighted.campaign import Settings  # noqa: PLC0415
-    from verification.reweighted.kernels import LIBRARIES  # noqa: PLC0415
+    from verification.reweighted.kernels import LIBRARIES, judged  # noqa: PLC0415
 
     check_places(json=json_file)
     chosen = tuple(library or LIBRARIES)
@@ -61,30 +63,17 @@ def kernels(
         raise typer.BadParameter("is about tables, and a campaign has none", param_hint="--library")
     made = stamp("kernels")
     if campaign:
-        settings = Settings(campaign, seed, mutants, exact)
-        outcome = _try(settings, jobs)
-        data, code = settings.as_json(outcome, made), 0 if outcome.clean and outcome.named else FAILED
-    else:
-        rows = _judge(chosen)
-        console().print(_table(rows))
-        _say(rows)
-        data = {"schema": SCHEMA, "made": made, "kernels": [row.as_json() for row in rows]}
-        code = OPEN if any(row.name and row.answers is None for row in rows) else 0
+        raise typer.Exit(_try(Settings(campaign, seed, mutants, exact), jobs, json_file, made))
+    with progress() as show:
+        rows = list(judged(chosen, show))
+    console().print(_table(rows))
+    _say(rows)
     if json_file is not None:
         with misuse("--json"):
-            write_json(json_file, data)
-    raise typer.Exit(code)
-
-
-def _judge(chosen: tuple[str, ...]) -> "list[Judged]":
-    from verification.reweighted.kernels import judged  # noqa: PLC0415 - keeps --help quick
-
-    try:
-        with progress() as show:
-            return list(judged(chosen, show))
-    except KeyboardInterrupt:
-        typer.echo("interrupted", err=True)
-        raise typer.Exit(OPEN) from None
+            write_json(
+                json_file, {"schema": SCHEMA, "made": made, "kernels": [row.as_json() for row in rows]}
+            )
+    raise typer.Exit(OPEN if any(row.name and row.answers is None for row in rows) else 0)
 
 
 def _table(rows: "list[Judged]") -> Grid:
@@ -112,22 +101,17 @@ def _say(rows: "list[Judged]") -> None:
             say(f"{row.library} {row.name}: {fault.statement} ({numbers})")
 
 
-def _try(settings: "Settings", jobs: int) -> "Outcome":
-    """Run the campaign with a progress line, and print what it found."""
+def _try(settings: "Settings", jobs: int, json_file: Path | None, made: dict[str, Any]) -> int:
+    """Run the campaign, write and print what it found; the exit code."""
     from verification.reweighted.campaign import run  # noqa: PLC0415 - keeps --help quick
 
-    try:
-        with progress() as show:
-            outcome = run(
-                settings,
-                jobs=jobs,
-                progress=lambda so_far: show(
-                    "kernels", so_far.measured.sound, settings.pairs, f"{len(so_far.found)} found"
-                ),
-            )
-    except KeyboardInterrupt:
-        typer.echo("interrupted", err=True)
-        raise typer.Exit(OPEN) from None
+    journal = open_journal(json_file, settings.head(made))
+    with counted("kernels", settings.pairs, journal) as told:
+        outcome = run(
+            settings, jobs=jobs, journal=journal,
+            progress=lambda found: told(found.measured.sound, f"{len(found.found)} found"),
+        )  # fmt: skip
+    store(json_file, settings.as_json(outcome, made), journal, whole=not outcome.lost)
     for way, tally in (("measured", outcome.measured), ("by formulas", outcome.exact)):
         say(
             f"{way}: {tally.sound} sound pairs, {tally.accused} accused; {tally.mutants} planted faults, "
@@ -139,4 +123,4 @@ def _try(settings: "Settings", jobs: int) -> "Outcome":
         say(f"{each['pair']} ({each['way']}): {each['wrong']}")
     for name, ending in outcome.lost.items():
         say(f"{name}: lost, {ending}")
-    return outcome
+    return 0 if outcome.clean and outcome.named else FAILED

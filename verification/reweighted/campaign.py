@@ -12,6 +12,7 @@ from functools import partial
 from typing import Any
 
 from verification.checks.measures import add_fields
+from verification.journal import Journal
 from verification.reweighted.answers import Answers, Word
 from verification.reweighted.measured import judge_functions
 from verification.reweighted.random_terms import Drawn, draw
@@ -46,6 +47,10 @@ class Settings:
     seed: int = 0
     mutants: int = 20
     exact: int = 0
+
+    def head(self, made: dict[str, Any]) -> dict[str, Any]:
+        """Everything that the outcome depends on, for the journal; `made` as in `as_json`."""
+        return {"schema": SCHEMA, "settings": asdict(self)} | {key: made[key] for key in ("versions", "code")}
 
     @property
     def command(self) -> str:
@@ -133,7 +138,11 @@ class Outcome:
 
 
 def run(
-    settings: Settings, *, jobs: int = 1, progress: Callable[[Outcome], None] = lambda outcome: None
+    settings: Settings,
+    *,
+    jobs: int = 1,
+    journal: Journal | None = None,
+    progress: Callable[[Outcome], None] = lambda outcome: None,
 ) -> Outcome:
     """Judge every pair of the campaign.
 
@@ -142,19 +151,26 @@ def run(
     settings : Settings
     jobs : int
         Worker processes; 1 works in this one.
+    journal : Journal, optional
+        Keeps finished shards; those it has already are not done again.
     progress : callable
-        Called with the outcome so far after each shard.
+        Called with the outcome so far: of what the journal keeps, and after each shard.
     """
     outcome = Outcome()
     tasks = {
         f"{first}|{count}": partial(shard, settings, first, count) for first, count in settings.stretches()
     }
 
+    for name, data in ({} if journal is None else journal.entries).items():
+        if name in tasks:
+            outcome.add(data)
+    progress(outcome)
+
     def take(_: str, data: dict[str, Any]) -> None:
         outcome.add(data)
         progress(outcome)
 
-    outcome.lost |= run_tasks(tasks, take, jobs=jobs)
+    outcome.lost |= run_tasks(tasks, take, jobs=jobs, journal=journal)
     outcome.found.sort(key=lambda each: (int(each["number"]), str(each["pair"])))
     outcome.undecided = dict(sorted(outcome.undecided.items()))
     return outcome

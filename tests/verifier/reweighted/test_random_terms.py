@@ -104,6 +104,34 @@ def test_shards_change_nothing(monkeypatch):
     assert run(Settings(30, seed=2)) == whole
 
 
+def test_a_campaign_that_is_broken_off_goes_on_where_it_was(tmp_path, monkeypatch):
+    monkeypatch.setattr(campaign, "SHARD", 10)
+    judge, place, numbers = campaign.draw, tmp_path / "kernels.json", []
+
+    def interrupted(seed, number, **options):
+        numbers.append(number)
+        if number == 25 and numbers.count(25) == 1:
+            raise KeyboardInterrupt
+        return judge(seed, number, **options)
+
+    options = ["kernels", "--campaign", "40", "--seed", "2", "--mutants", "5", "--json", str(place)]
+    monkeypatch.setattr(campaign, "draw", interrupted)
+    broken = RUNNER.invoke(app, options)
+    assert broken.exit_code == 3, broken.output
+    assert "interrupted after 20 of 40 problems; the same command goes on" in broken.stderr, broken.stderr
+    assert not place.exists()
+    numbers[:] = [25]
+    resumed = RUNNER.invoke(app, options)
+    assert resumed.exit_code == 0, resumed.output
+    assert set(numbers) == set(range(20, 40)), "what the journal keeps is not done again"
+
+    found = json.loads(place.read_text(encoding="utf-8"))
+    whole = run(Settings(40, seed=2, mutants=5))
+    assert campaign.Tally(**found["measured"]) == whole.measured
+    assert (found["undecided"], found["found"], found["lost"]) == (whole.undecided, whole.found, {})
+    assert (whole.measured.sound, whole.measured.mutants) == (40, 8)
+
+
 def test_the_command_runs_the_campaign_and_writes_it(tmp_path):
     place = tmp_path / "kernels.json"
     result = RUNNER.invoke(app, ["kernels", "--campaign", "40", "--seed", "3", "--json", str(place)])
