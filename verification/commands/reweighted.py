@@ -72,7 +72,7 @@ def _judge(name: str, place: Path | None) -> None:
     with misuse("ID|FILE"):
         if name.endswith(".py"):
             build, data = _stated(Path(name))
-            answers = judge_loop(build, **data)
+            answers = judge_loop(build, name=Path(name).stem, **data)
         else:
             answers = judged(name)[0]
     _show(answers)

@@ -53,6 +53,7 @@ def judge_loop(
     *,
     examples: int = EXAMPLES,
     questions: Sequence[str] = QUESTIONS,
+    name: str = "",
     **data: st.SearchStrategy[Any],
 ) -> Answers:
     """Judge a reweighted loop against its own objective.
@@ -65,6 +66,8 @@ def judge_loop(
         Instances that are drawn for a question.
     questions : sequence of str
         Which of those below.
+    name : str
+        Of the loop; default: the name of `build`.
     **data : Hypothesis strategies
         Of the arguments of `build`. Small integers give small counterexamples.
 
@@ -87,7 +90,7 @@ def judge_loop(
     search = Search(build, st.fixed_dictionaries(data), examples)
     facts = Facts.of(search.loops(SOME))
     answers = tuple(ANSWERS[question](search, facts) for question in QUESTIONS if question in questions)
-    return Answers(getattr(build, "__name__", "loop").replace("_", " "), answers)
+    return Answers(name or getattr(build, "__name__", "loop").replace("_", " "), answers)
 
 
 @dataclass(frozen=True)

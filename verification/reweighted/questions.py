@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from convexperc.errors import InputError, check_type
+from convexperc.errors import InputError, check_type, entries
 
 Data = Mapping[str, Any]
 """Arguments of a program by name: arrays, numbers, texts."""
@@ -82,8 +83,26 @@ def _named(data: Data, name: str) -> Any:
     return data[name]
 
 
+def _array(data: Data, name: str, dimensions: int) -> NDArray[Any]:
+    """The data of a name, with so many dimensions or more.
+
+    Raises
+    ------
+    InputError
+        There are none, or they have fewer.
+    """
+    found = np.asarray(_named(data, name))
+    if found.ndim < dimensions:
+        must = f"must have {dimensions} dimensions or more to be named in rows, columns or start"
+        raise InputError(name, value=found, must=must)
+    return found
+
+
 def _times_ten(values: Any, k: int) -> Any:
-    given = np.asarray(values, dtype=np.float64)
+    try:
+        given = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("what is named in powers", value=values, must="must be numbers") from None
     found = given * 10.0**k if k >= 0 else given / 10.0**-k
     return found if found.ndim else float(found)
 
@@ -113,12 +132,14 @@ def with_zero_column(columns: Sequence[str]) -> Question:
     def add(array: Any, _: int) -> Any:
         return np.concatenate([array, np.zeros_like(array[:, :1])], axis=1)
 
-    return _rows("add a zero column", columns, 1, add)
+    return _rows("add a zero column", columns, 1, add, 2)
 
 
-def _rows(name: str, names: Sequence[str], variants: int, change: Callable[[Any, int], Any]) -> Question:
+def _rows(
+    name: str, names: Sequence[str], variants: int, change: Callable[[Any, int], Any], dimensions: int = 1
+) -> Question:
     def derive(data: Data, k: int) -> Data:
-        return {**data, **{each: change(np.asarray(_named(data, each)), k) for each in names}}
+        return {**data, **{each: change(_array(data, each, dimensions), k) for each in names}}
 
     return Question(name, tuple(range(variants)), derive)
 
@@ -137,7 +158,7 @@ def started_at(start: str, points: str, most: int = 5) -> Question:
     """
 
     def derive(data: Data, k: int) -> Data | None:
-        rows = np.asarray(_named(data, points))
+        rows = _array(data, points, 1)
         return {**data, start: rows[k].copy()} if k < len(rows) else None
 
     return Question("start at a data point", tuple(range(most)), derive, beside=False)
@@ -181,10 +202,11 @@ def checked(questions: Sequence[Question] | None) -> tuple[Question, ...]:
     Raises
     ------
     InputError
-        One is no question.
+        They cannot be iterated over, or one is no question.
     """
     if questions is None:
         return all_questions()
-    for question in questions:
+    found = tuple(entries(questions, "questions"))
+    for question in found:
         check_type(question, Question, "a question")
-    return tuple(questions)
+    return found

@@ -111,7 +111,7 @@ def judged(case: str) -> tuple[Answers, list[Record]]:
     if case not in CASES:
         raise InputError("case", value=case, must=f"must be one of {', '.join(CASES)}")
     data: dict[str, Any] = dict(CASES[case].data)
-    answers = judge_loop(CASES[case].build, **data)
+    answers = judge_loop(CASES[case].build, name=CASES[case].title, **data)
     return answers, records_of(case, answers)
 
 

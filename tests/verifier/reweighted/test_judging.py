@@ -167,8 +167,12 @@ def test_the_geometric_median_is_judged_as_its_history_says() -> None:
         Word.YES,
         Word.UNDECIDED,
     ]
-    repaired = judge_loop(median(at_zero="leave"), questions=("starts", "zeros"), **LINE)
+    assert found.subject == "build"
+    repaired = judge_loop(
+        median(at_zero="leave"), questions=("starts", "zeros"), name="Vardi and Zhang", **LINE
+    )
     assert not repaired.faults
+    assert repaired.subject == "Vardi and Zhang"
 
 
 def test_three_blocks_from_the_last_iterate_rise_and_in_turn_they_do_not() -> None:

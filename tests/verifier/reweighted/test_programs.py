@@ -389,11 +389,22 @@ def test_packages_that_are_not_installed_with_the_tests(module_name, program, qu
         ({"rule": 1e-3}, "rule"),
         ({"questions": all_questions(rows=("z",))}, "among the data"),
         ({"questions": all_questions(powers={"z": 1})}, "among the data"),
+        ({"questions": all_questions(powers={"unit": 1})}, "must be numbers"),
+        ({"questions": all_questions(rows=("unit",))}, "must have 1 dimensions"),
+        ({"questions": all_questions(columns=("y",))}, "must have 2 dimensions"),
+        ({"questions": as_given()}, "questions must be iterable"),
+        ({"questions": ("as given",)}, "a question must be"),
+        ({"inputs": [3]}, "an input must be"),
         ({"program": 3}, "function"),
         ({"build": None}, "function"),
     ],
 )
 def test_misuse_of_judge_program_is_told(arguments, what):
-    given = {"program": np.median, "build": programs.median_objective} | arguments
+    inputs = [{"y": [1.0, 2.0], "unit": "m"}]
+    given = {"program": of_numbers, "build": programs.median_objective, "inputs": inputs} | arguments
     with pytest.raises(InputError, match=what):
-        judge_program(given.pop("program"), given.pop("build"), inputs=[{"y": [1.0, 2.0]}], **given)
+        judge_program(given.pop("program"), given.pop("build"), **given)
+
+
+def of_numbers(y, unit):
+    return np.median(y)
