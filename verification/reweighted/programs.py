@@ -299,9 +299,9 @@ class _Trial:
         acquitted = self.asked - len(self.undecided)
         within = f"Within the tolerance on {acquitted} of {self.asked} inputs."
         none = "" if self.asked or wrong else "The question applies to no input."
-        parts = (
-            [within, none, *self.undecided[:1], wrong, unknown] if self.asked or not unknown else [unknown]
-        )
+        if unknown and not self.asked:
+            within = none = ""
+        parts = [within, none, *self.undecided[:1], wrong, unknown]
         return Answer(question.name, Word.UNDECIDED, " ".join(filter(None, parts)), BASIS)
 
     def warnings(self) -> Answer:
