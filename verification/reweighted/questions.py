@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from convexperc.errors import InputError, check_type, entries
+from convexperc.errors import InputError, check_type
 
 Data = Mapping[str, Any]
 """Arguments of a program by name: arrays, numbers, texts."""
@@ -202,11 +202,11 @@ def checked(questions: Sequence[Question] | None) -> tuple[Question, ...]:
     Raises
     ------
     InputError
-        They cannot be iterated over, or one is no question.
+        They are no sequence, or one is no question.
     """
     if questions is None:
         return all_questions()
-    found = tuple(entries(questions, "questions"))
-    for question in found:
+    check_type(questions, Sequence, "questions")
+    for question in questions:
         check_type(question, Question, "a question")
-    return found
+    return tuple(questions)

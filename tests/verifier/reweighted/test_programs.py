@@ -392,7 +392,7 @@ def test_packages_that_are_not_installed_with_the_tests(module_name, program, qu
         ({"questions": all_questions(powers={"unit": 1})}, "must be numbers"),
         ({"questions": all_questions(rows=("unit",))}, "must have 1 dimensions"),
         ({"questions": all_questions(columns=("y",))}, "must have 2 dimensions"),
-        ({"questions": as_given()}, "questions must be iterable"),
+        ({"questions": as_given()}, "questions must be of the type Sequence"),
         ({"questions": ("as given",)}, "a question must be"),
         ({"inputs": [3]}, "an input must be"),
         ({"program": 3}, "function"),
