@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
+from flint import fmpq
 
 from convexperc.errors import ToleranceError
-from verification.exact.balls import UnresolvedError, enclosed, precision
-from verification.exact.numbers import Enclosure
+from verification.exact.balls import Numbers, UnresolvedError, enclosed, exact, inner, precision
+from verification.exact.numbers import Enclosure, square_root
 from verification.reweighted.answers import Word
 from verification.reweighted.conjugates import Growth, NotCoveredError, blocks
 from verification.reweighted.objective import Objective, rational_point
@@ -69,9 +69,9 @@ class Rule:
         parts = [f"{self.tolerance:g} relative"] if self.tolerance or not self.absolute else []
         return " and ".join(parts + ([f"{self.absolute:g} absolute"] if self.absolute else []))
 
-    def allows(self, value: Fraction, allowance: float) -> Fraction:
+    def allows(self, value: Fraction, allowance: Fraction) -> Fraction:
         """The largest F that is within the tolerance of `value`."""
-        return value * (1 + Fraction(self.tolerance)) + Fraction(self.absolute) + Fraction(allowance)
+        return value * (1 + Fraction(self.tolerance)) + Fraction(self.absolute) + allowance
 
 
 @dataclass(frozen=True)
@@ -151,29 +151,33 @@ def value_at(objective: Objective, values: Mapping[str, Any]) -> Enclosure:
         return enclosed(objective.at(rational_point(values)))
 
 
-def allowance(objective: Objective, point: Mapping[str, Sequence[Any]], share: float) -> float:
+def allowance(objective: Objective, point: Mapping[str, Sequence[Any]], share: float) -> Fraction:
     """By how much F may change where each |A| |z| + |d| changes by this share of itself."""
-    z = np.array([abs(float(x)) for name in objective.sizes for x in point[name]])
-    signed = np.array([float(x) for name in objective.sizes for x in point[name]])
-    total = 0.0
+    z = [exact(x) for name in objective.sizes for x in point[name]]
+    total = Fraction(0)
     for block in blocks(objective):
-        A = np.array([[float(a) for a in map(_fraction, row)] for row in block.rows]).reshape(
-            len(block.rows), z.size
-        )
-        d = np.array([float(_fraction(b)) for b in block.offset])
-        change = share * float(np.linalg.norm(np.abs(A) @ z + np.abs(d)))
-        length = float(np.linalg.norm(A @ signed + d))
+        terms = [
+            [*(a * x for a, x in zip(row, z, strict=True)), b]
+            for row, b in zip(block.rows, block.offset, strict=True)
+        ]
+        change = Fraction(share) * _length([sum(map(abs, each), fmpq(0)) for each in terms])
+        length = _length([sum(each, fmpq(0)) for each in terms])
         total += max(_change(growth, length, change) for growth in block.growths)
     return total
 
 
-def _change(growth: Growth, length: float, change: float) -> float:
+def _length(values: Numbers) -> Fraction:
+    """At least the norm."""
+    return square_root(_fraction(inner(values, values))).upper
+
+
+def _change(growth: Growth, length: Fraction, change: Fraction) -> Fraction:
     """The most that a loss changes where its residual of this length does by `change`."""
     found = []
     if growth.radius is not None:
-        found.append(float(_fraction(growth.radius)) * change)
+        found.append(_fraction(growth.radius) * change)
     if growth.curve is not None:
-        found.append(float(_fraction(growth.curve)) * (2 * length * change + change**2))
+        found.append(_fraction(growth.curve) * (2 * length * change + change**2))
     return min(found)
 
 

@@ -51,6 +51,15 @@ def ask_all(program, build, data, **options):
     return judge_program(program, build, inputs=[data], questions=asked, **options)
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("unit", [5e-324, 1e-200, 1e160, 1e308])
+def test_data_near_the_ends_of_float64_are_judged_as_others(unit):
+    data = [{"y": [unit, 0.0, -unit, 0.0, unit]}]
+    for program, word in ((programs.right_median, Word.YES), (lambda y: float(y[0]), Word.NO)):
+        found = judge_program(program, programs.median_objective, inputs=data, questions=[as_given()])
+        assert found["as given"].word is word, str(found)
+
+
 @pytest.mark.parametrize("program", [programs.right_median, programs.reweighted_median])
 def test_right_medians_are_acquitted(program):
     found = judged(program)
