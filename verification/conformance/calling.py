@@ -23,10 +23,10 @@ def call(solve: Callable[..., Any], data: Mapping[str, Any]) -> dict[str, Any]:
     exception is the answer "error". The key ``changes`` has the names of arguments that the function changed.
     """
     try:
-        given = _arguments(data)
+        given, kept = _arguments(data)
         found = solve(*given.values(), **{name: data[name] for name in LAMBDAS})
         answer = {"id": data["id"]} | {name: _plain(value) for name, value in _fields(found).items()}
-        changed = [name for name, value in _arguments(data).items() if not _same(value, given[name])]
+        changed = [name for name, value in kept.items() if not _same(value, given[name])]
         return answer | ({"changes": changed} if changed else {})
     except NotImplementedError as reason:
         return {"id": data["id"], "unsupported": _text(reason)}
@@ -34,9 +34,11 @@ def call(solve: Callable[..., Any], data: Mapping[str, Any]) -> dict[str, Any]:
         return {"id": data["id"], "error": f"{type(error).__name__}: {_text(error)}"}
 
 
-def _arguments(data: Mapping[str, Any]) -> dict[str, Any]:
-    arrays = {name: np.array(data[name], dtype=np.float64) for name in ("X", "o")}
-    return arrays | {"modalities": list(data["modalities"])}
+def _arguments(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The arguments that a solver gets, and copies of them that it does not see."""
+    given: dict[str, Any] = {name: np.array(data[name], dtype=np.float64) for name in ("X", "o")}
+    given |= {"modalities": list(data["modalities"])}
+    return given, {name: value.copy() for name, value in given.items()}
 
 
 def _same(value: Any, other: Any) -> bool:

@@ -1,12 +1,13 @@
 """A program that runs beside this one: started, written to, read from within a time, and ended."""
 
+import fcntl
 import os
 import selectors
 import signal
 import subprocess
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, Self
@@ -16,6 +17,9 @@ LINGER = 0.2
 
 TICK = 0.05
 """Seconds between two looks whether a program has ended, while what it started keeps its output open."""
+
+PIPE = 1 << 18
+"""Bytes that a pipe may hold: a long request is then written, and read, at once."""
 
 KEPT, MOST_LEFT = 2000, 1 << 16
 """Bytes that are kept of the end of standard error, and read of what it writes after the last answer."""
@@ -52,6 +56,7 @@ class Process:
         for stream in (popen.stdin, popen.stdout, popen.stderr):
             if stream is not None:
                 os.set_blocking(stream.fileno(), False)
+                _widen(stream)
         return cls(popen)
 
     @property
@@ -204,6 +209,13 @@ class Listening:
             self.selector.unregister(stream)
             self.closed |= is_out
         return is_out and bool(chunk)
+
+
+def _widen(stream: IO[bytes]) -> None:
+    """Let a pipe hold `PIPE` bytes where the system allows it, so that it is seldom full."""
+    if hasattr(fcntl, "F_SETPIPE_SZ"):
+        with suppress(OSError):  # the user's pipes may hold no more in sum
+            fcntl.fcntl(stream.fileno(), fcntl.F_SETPIPE_SZ, PIPE)
 
 
 def _close(stream: IO[bytes] | None) -> None:

