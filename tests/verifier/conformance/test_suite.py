@@ -16,7 +16,7 @@ from convexperc import Problem
 from convexperc.errors import FileFormatError, InputError
 from verification.conformance import outputs, suite
 from verification.conformance.asserting import assert_conforms
-from verification.conformance.doors import Function, Module
+from verification.conformance.doors import Command, Function
 from verification.conformance.judge import Level
 from verification.conformance.profiles import FLOAT32, FLOAT64
 from verification.conformance.request import Request
@@ -24,6 +24,7 @@ from verification.conformance.searching import search
 from verification.conformance.suite import Selection, lines, read_known, run
 from verification.conformance.vectors import all_vectors
 from verification.exact.formulation import objective
+from verification.search import engine
 
 half = asked_otherwise(lambda2=0.5)
 
@@ -193,7 +194,7 @@ def test_the_search_finds_nothing_wrong_with_the_library(profile: Any):
 
 
 def test_the_search_shrinks_what_it_finds():
-    found = search(Function(half), FLOAT64, 120)
+    found = search(Function(half), FLOAT64, 60)
     by_level = {each.level: each for each in found.found}
     assert set(by_level) == {"L1", "L2"}, found
     data = json.loads(by_level[Level.L1].line)
@@ -210,47 +211,49 @@ def run_line(solver: Any, data: dict[str, Any]) -> bool:
 
 
 def test_a_search_that_finds_a_crash_goes_on():
-    def crashes(found: dict[str, Any], problem: Problem) -> dict[str, Any]:
+    def raises(found: dict[str, Any], problem: Problem) -> dict[str, Any]:
         if problem.n > 2:
             raise ArithmeticError("more than two robots")
         return found
 
-    found = search(Function(changed(crashes)), FLOAT64, 120)
+    found = search(Function(changed(raises)), FLOAT64, 60)
     assert [each.level for each in found.found] == ["L0"]
     assert json.loads(found.found[0].line)["n"] == 3
     assert "more than two robots" in found.found[0].detail
 
 
 CRASHES = """
-import os
-from verification.conformance.adapters import library
-def always(X, o, modalities, **weights):
-    os.abort()
-def large(X, o, modalities, **weights):
-    if X.shape[0] > 1:
+import json, os, sys
+for line in sys.stdin:
+    request = json.loads(line)
+    if request["n"] >= int(sys.argv[1]):
         os.abort()
-    return library(X, o, modalities, **weights)
+    print(json.dumps({"id": request["id"], "unsupported": "few robots"}), flush=True)
 """
+"""Crashes on requests of so many robots or more; it loads no library, as each crash means another start."""
 
 
-def test_the_search_shrinks_a_crash_to_a_request_that_crashes(tmp_path: Path):
-    (tmp_path / "mine.py").write_text(CRASHES)
-    found = search(Module("mine:large", folder=tmp_path), FLOAT64, 60)
+def crashes(least: int) -> Command:
+    return Command([sys.executable, "-c", CRASHES, str(least)])
+
+
+def test_the_search_shrinks_a_crash_to_a_request_that_crashes():
+    found = search(crashes(2), FLOAT64, 60)
     (crash,) = found.found
     assert json.loads(crash.line)["n"] == 2
     assert "asked again" not in crash.detail
     assert not found.broken
 
 
-def test_the_search_takes_no_request_for_failed_that_was_not_asked(tmp_path: Path):
-    (tmp_path / "mine.py").write_text(CRASHES)
-    found = search(Module("mine:always", folder=tmp_path), FLOAT64, 60)
+def test_the_search_takes_no_request_for_failed_that_was_not_asked():
+    found = search(crashes(1), FLOAT64, 60)
     (crash,) = found.found
     assert "SIGABRT" in crash.detail
     assert crash.failures < found.asked
 
 
-def test_a_failure_that_does_not_come_again_is_told():
+def test_a_failure_that_does_not_come_again_is_told(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(engine, "HUNTED", 20)  # nothing is to be found
     asked = 0
 
     def flaky(X: Any, o: Any, modalities: Any, **weights: float) -> Any:
