@@ -22,7 +22,17 @@ from verification.commands import (
     solvers,
 )
 
-VERIFY = ("cvc5", "hypothesis", "jinja2", "joblib", "jsonschema", "matplotlib", "pydantic_core", "sympy", "z3")
+VERIFY = (
+    "cvc5",
+    "hypothesis",
+    "jinja2",
+    "joblib",
+    "jsonschema",
+    "matplotlib",
+    "pydantic_core",
+    "sympy",
+    "z3",
+)
 """Modules that the extra `verify` brings; a command imports what it needs before it does anything."""
 
 
