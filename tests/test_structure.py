@@ -31,6 +31,10 @@ WITHOUT_A_FACE = {
     "verification.lassos",
     "verification.proofs.checkers",
     "verification.report.experiments",
+    "verification.reweighted.loops",
+    "verification.reweighted.objectives",
+    "verification.reweighted.programs",
+    "verification.reweighted.terms",
 }
 """Packages of which outsiders take nothing."""
 ROOMS, LAYERS = 21, 8

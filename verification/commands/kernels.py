@@ -14,8 +14,8 @@ from verification.commands.resumable import counted, open_journal, store
 
 if TYPE_CHECKING:
     from verification.reweighted.answers import Answer
-    from verification.reweighted.campaign import Settings
-    from verification.reweighted.kernels import Judged
+    from verification.reweighted.terms.campaign import Settings
+    from verification.reweighted.terms.kernels import Judged
 
 KERNELS_HELP = (
     "Judge robust losses and their weights: known formulas, and those of installed libraries.\n\n"
@@ -51,8 +51,8 @@ def kernels(
 ) -> None:
     """Run the command ``kernels``."""
     from verification.provenance import stamp  # noqa: PLC0415 - keeps --help quick
-    from verification.reweighted.campaign import Settings  # noqa: PLC0415
-    from verification.reweighted.kernels import LIBRARIES, judged  # noqa: PLC0415
+    from verification.reweighted.terms.campaign import Settings  # noqa: PLC0415
+    from verification.reweighted.terms.kernels import LIBRARIES, judged  # noqa: PLC0415
 
     check_places(json=json_file)
     chosen = tuple(library or LIBRARIES)
@@ -86,7 +86,7 @@ def _table(rows: "list[Judged]") -> Grid:
 
 def _cell(answer: "Answer") -> str:
     """The word; a measurement is called one."""
-    from verification.reweighted.measured import ROOTED  # noqa: PLC0415 - keeps --help quick
+    from verification.reweighted.terms.measured import ROOTED  # noqa: PLC0415 - keeps --help quick
 
     return f"{answer.word.value} (measured)" if answer.basis.startswith(ROOTED) else answer.word.value
 
@@ -103,7 +103,7 @@ def _say(rows: "list[Judged]") -> None:
 
 def _try(settings: "Settings", jobs: int, json_file: Path | None, made: dict[str, Any]) -> int:
     """Run the campaign, write and print what it found; the exit code."""
-    from verification.reweighted.campaign import run  # noqa: PLC0415 - keeps --help quick
+    from verification.reweighted.terms.campaign import run  # noqa: PLC0415 - keeps --help quick
 
     journal = open_journal(json_file, settings.head(made))
     with counted("kernels", settings.pairs, journal) as told:

@@ -15,7 +15,7 @@ from verification.commands.misuse import FAILED, check_places, misuse
 
 if TYPE_CHECKING:
     from verification.reweighted.answers import Answers
-    from verification.reweighted.records import Record
+    from verification.reweighted.gallery.records import Record
 
 LOOPS_HELP = (
     "Judge a reweighted loop against its own objective: a case of the gallery, or one in a Python file.\n\n"
@@ -43,7 +43,7 @@ def loops(
     ] = None,
 ) -> None:
     """Run the command ``loops``."""
-    from verification.reweighted.records import stored_records  # noqa: PLC0415 - keeps --help quick
+    from verification.reweighted.gallery.records import stored_records  # noqa: PLC0415 - keeps --help quick
 
     check_places(
         {"ID": Path(name) if name.endswith(".py") else None},
@@ -66,8 +66,8 @@ def loops(
 
 
 def _judge(name: str, place: Path | None) -> None:
-    from verification.reweighted.judging import judge_loop  # noqa: PLC0415
-    from verification.reweighted.records import judged  # noqa: PLC0415
+    from verification.reweighted.gallery.records import judged  # noqa: PLC0415
+    from verification.reweighted.loops.judging import judge_loop  # noqa: PLC0415
 
     with misuse("ID|FILE"):
         if name.endswith(".py"):
@@ -117,7 +117,7 @@ def _is_strategy(value: object) -> bool:
 
 def _list() -> None:
     from verification.reweighted.gallery import CASES  # noqa: PLC0415
-    from verification.reweighted.records import stored_records  # noqa: PLC0415
+    from verification.reweighted.gallery.records import stored_records  # noqa: PLC0415
 
     found = stored_records()
     grid = Grid("case", "what it is", "source", "stored instances")
@@ -144,8 +144,8 @@ def _replay(record: "Record", plot: Path | None) -> None:
 
 
 def _write_page(place: Path) -> None:
-    from verification.reweighted.gallery_page import markdown  # noqa: PLC0415
-    from verification.reweighted.records import stored  # noqa: PLC0415
+    from verification.reweighted.gallery.page import markdown  # noqa: PLC0415
+    from verification.reweighted.gallery.records import stored  # noqa: PLC0415
 
     with misuse("--page"):
         write_atomic(place, markdown(stored()).encode())
@@ -153,7 +153,7 @@ def _write_page(place: Path) -> None:
 
 def _store(place: Path) -> None:
     from verification.reweighted.gallery import CASES  # noqa: PLC0415
-    from verification.reweighted.records import gallery_record, judged  # noqa: PLC0415
+    from verification.reweighted.gallery.records import gallery_record, judged  # noqa: PLC0415
 
     found = {}
     for case in CASES:
@@ -177,7 +177,7 @@ def packages(
     ] = None,
 ) -> None:
     """Run the command ``packages``."""
-    from verification.reweighted.package_page import markdown, packages_record  # noqa: PLC0415
+    from verification.reweighted.programs.page import markdown, packages_record  # noqa: PLC0415
 
     places = {} if out is None else {"page": out / "reweighted.md", "record": out / "reweighted.json"}
     for place in places.values():

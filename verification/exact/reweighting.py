@@ -1,7 +1,7 @@
 """One update of a reweighted loop in exact arithmetic: a weighted sum of squares, minimised over a block.
 
 It is the update of any loop of this kind, whatever its weights: `algorithm` computes those of the paper,
-`verification.reweighted.loops` those of a loss that is stated. Rationals where every number is one, else
+`verification.reweighted.loops.loop` those of a loss that is stated. Rationals where every number is one, else
 balls (midpoint and radius, python-flint's `arb`) of the bits that are set.
 """
 

@@ -1,14 +1,14 @@
 from .answers import Answer, Answers, Word
-from .judging import judge_loop
-from .loops import Loop
-from .measured import judge_functions
-from .objective import Objective, each_loss, loss, norm, norm1, squares, variable
-from .optimum import Optimum
-from .programs import Finding, ProgramAnswers, judge_program, replay
-from .questions import Question, all_questions
-from .recorded import export_inputs, judge_recorded
-from .terms import Term, judge_term
-from .verdicts import Rule
+from .loops.judging import judge_loop
+from .loops.loop import Loop
+from .objectives.objective import Objective, each_loss, loss, norm, norm1, squares, variable
+from .objectives.optimum import Optimum
+from .programs.judging import Finding, ProgramAnswers, judge_program, replay
+from .programs.questions import Question, all_questions
+from .programs.recorded import export_inputs, judge_recorded
+from .programs.verdicts import Rule
+from .terms.measured import judge_functions
+from .terms.term import Term, judge_term
 
 __all__ = [
     "Answer",

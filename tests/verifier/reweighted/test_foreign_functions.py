@@ -8,8 +8,8 @@ import pytest
 
 from convexperc.errors import InputError
 from verification.reweighted import Word, judge_functions
-from verification.reweighted.measured import ROOTED, TOLERANCE
-from verification.reweighted.sampling import GRID, POINTS, callable_on_arrays, sampled
+from verification.reweighted.terms.measured import ROOTED, TOLERANCE
+from verification.reweighted.terms.sampling import GRID, POINTS, callable_on_arrays, sampled
 
 HALF, WHOLE = "r**2/2", "r**2"
 

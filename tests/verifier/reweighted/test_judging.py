@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from convexperc.errors import InputError
 from verification.exact.balls import Numbers
 from verification.reweighted import Answer, Loop, Word, each_loss, norm, norm1, squares, variable
-from verification.reweighted.judging import QUESTIONS, judge_loop
-from verification.reweighted.objective import Objective
+from verification.reweighted.loops.judging import QUESTIONS, judge_loop
+from verification.reweighted.objectives.objective import Objective
 
 Build = Callable[..., Loop]
 LINE = {"points": st.lists(st.integers(-4, 4), min_size=2, max_size=5)}

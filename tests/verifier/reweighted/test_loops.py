@@ -14,9 +14,9 @@ from verification.exact.loop import step as paper_step
 from verification.exact.reweighting import UndefinedUpdateError
 from verification.reweighted import Loop, each_loss, loss, norm, norm1, squares, variable
 from verification.reweighted.gallery import recognition
-from verification.reweighted.loops import float_run, in_unit, unbounded_at_zero
-from verification.reweighted.meeting import meetings
-from verification.reweighted.objective import Objective, rational_point
+from verification.reweighted.loops.loop import float_run, in_unit, unbounded_at_zero
+from verification.reweighted.loops.meeting import meetings
+from verification.reweighted.objectives.objective import Objective, rational_point
 
 
 def distances(points: list[int], **options: str) -> Loop:

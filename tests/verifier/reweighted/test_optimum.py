@@ -14,9 +14,9 @@ from convexperc import Problem, solve
 from convexperc.lasso import certify_lasso
 from verification.exact.balls import exact, precision
 from verification.reweighted import each_loss, loss, norm, norm1, squares, variable
-from verification.reweighted import optimum as module
-from verification.reweighted.conjugates import NotCoveredError, blocks
-from verification.reweighted.optimum import System, optimum
+from verification.reweighted.objectives import optimum as module
+from verification.reweighted.objectives.conjugates import NotCoveredError, blocks
+from verification.reweighted.objectives.optimum import System, optimum
 
 TIGHT = 1e-30
 SCALES = (1.0, 1e-10, 1e10)

@@ -16,11 +16,12 @@ from sklearn.linear_model import Lasso
 
 from convexperc.errors import FileFormatError, InputError, SolverError, ToleranceError
 from convexperc.lasso import certify_lasso
-from verification.reweighted import Rule, Word, all_questions, doors, judge_program, loss, replay, variable
-from verification.reweighted.doors import Command, module, serve
-from verification.reweighted.packages import cases, judge_packages
-from verification.reweighted.questions import as_given, other_units
-from verification.reweighted.verdicts import verdict
+from verification.reweighted import Rule, Word, all_questions, judge_program, loss, replay, variable
+from verification.reweighted.programs import doors
+from verification.reweighted.programs.doors import Command, module, serve
+from verification.reweighted.programs.packages import cases, judge_packages
+from verification.reweighted.programs.questions import as_given, other_units
+from verification.reweighted.programs.verdicts import verdict
 
 WHOLE = st.integers(-9, 9).map(float)
 NUMBERS = {"y": st.lists(WHOLE, min_size=1, max_size=6)}

@@ -8,9 +8,9 @@ import sympy as sp
 from typer.testing import CliRunner
 
 from verification.__main__ import app
-from verification.reweighted import campaign, measured, sampling
-from verification.reweighted.campaign import Settings, run
-from verification.reweighted.random_terms import FAULTS, draw
+from verification.reweighted.terms import campaign, measured, sampling
+from verification.reweighted.terms.campaign import Settings, run
+from verification.reweighted.terms.random_terms import FAULTS, draw
 
 RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
 

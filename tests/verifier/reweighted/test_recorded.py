@@ -10,7 +10,7 @@ import pytest
 
 from convexperc.errors import InputError
 from verification.reweighted import Rule, Word, all_questions, export_inputs, judge_program, judge_recorded
-from verification.reweighted.questions import as_given
+from verification.reweighted.programs.questions import as_given
 
 INPUTS = [{"y": [0.0, 0.0, 1.0]}, {"y": [0.1, 1.0 / 3.0, -2.5, 7.0]}]
 QUESTIONS = all_questions(rows=("y",), powers={"y": 1})

@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 from verification.__main__ import app
 from verification.reweighted import judge_term
 from verification.reweighted.gallery import CASES
-from verification.reweighted.gallery_page import markdown
-from verification.reweighted.inputs import arrays, digest
-from verification.reweighted.judging import QUESTIONS
-from verification.reweighted.records import stored, stored_records
+from verification.reweighted.gallery.page import markdown
+from verification.reweighted.gallery.records import stored, stored_records
+from verification.reweighted.loops.judging import QUESTIONS
+from verification.reweighted.programs.inputs import arrays, digest
 
 PAGE = Path(__file__).parents[3] / "docs" / "reweighted.md"
 RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})

@@ -8,8 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 from verification.__main__ import app
-from verification.reweighted import Word, kernels
-from verification.reweighted.kernels import judged
+from verification.reweighted import Word
+from verification.reweighted.terms import kernels
+from verification.reweighted.terms.kernels import judged
 
 RUNNER = CliRunner(env={"COLUMNS": "140", "TERM": "dumb", "NO_COLOR": "1"})
 

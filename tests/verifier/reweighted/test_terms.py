@@ -7,7 +7,7 @@ import pytest
 
 from convexperc.errors import InputError
 from verification.reweighted import Word, judge_functions, judge_term
-from verification.reweighted.losses import LOSSES
+from verification.reweighted.terms.losses import LOSSES
 
 HUBER = "r**2/2 if r <= c else c*r - c**2/2"
 HUBER_WEIGHT = "1 if r <= c else c/r"

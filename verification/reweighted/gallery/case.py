@@ -6,7 +6,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from verification.reweighted.instances import Build
+from verification.reweighted.loops.instances import Build
 
 SMALL = 3
 """Size of the integers in the data."""

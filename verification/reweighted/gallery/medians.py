@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from verification.reweighted.gallery.case import Case, points
-from verification.reweighted.loops import Loop
-from verification.reweighted.objective import Objective, norm, variable
+from verification.reweighted.loops.loop import Loop
+from verification.reweighted.objectives.objective import Objective, norm, variable
 
 OBJECTIVE = "sum_i ||x - a_i||"
 

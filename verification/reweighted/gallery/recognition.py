@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from verification.reweighted.gallery.case import Case, matrix, numbers, vector
-from verification.reweighted.loops import Loop
-from verification.reweighted.objective import norm, norm1, squares, variable
+from verification.reweighted.loops.loop import Loop
+from verification.reweighted.objectives.objective import norm, norm1, squares, variable
 
 OBJECTIVE = "||X'w - o||^2 + lambda1 ||X u - w||^2 + lambda2 ||w||_1 + lambda3 sum_i ||u^i||"
 SOURCE = "Reily and Zhang, Simultaneous View and Feature Selection"

@@ -7,8 +7,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 from verification.reweighted.gallery.case import Case, matrix, numbers, vector
-from verification.reweighted.loops import Loop
-from verification.reweighted.objective import each_loss, norm1, variable
+from verification.reweighted.loops.loop import Loop
+from verification.reweighted.objectives.objective import each_loss, norm1, variable
 
 ROWS, COLUMNS = 4, 2
 

@@ -5,8 +5,16 @@ from typing import Any
 import numpy as np
 
 from verification.reweighted.gallery.case import Case, matrix, vector
-from verification.reweighted.loops import Loop
-from verification.reweighted.objective import Affine, Objective, each_loss, norm, norm1, squares, variable
+from verification.reweighted.loops.loop import Loop
+from verification.reweighted.objectives.objective import (
+    Affine,
+    Objective,
+    each_loss,
+    norm,
+    norm1,
+    squares,
+    variable,
+)
 
 GAMMA = 1
 

@@ -15,17 +15,17 @@ from hypothesis import strategies as st
 
 from convexperc.errors import InputError
 from verification.reweighted.answers import Answer, Answers, Word
-from verification.reweighted.instances import (
+from verification.reweighted.loops.instances import (
     STEPS,
     Build,
     Instance,
     Search,
     shown_number,
 )
-from verification.reweighted.loops import Loop, Point, float_run, in_unit
-from verification.reweighted.meeting import meetings
-from verification.reweighted.objective import rational_point
-from verification.reweighted.terms import judge_term
+from verification.reweighted.loops.loop import Loop, Point, float_run, in_unit
+from verification.reweighted.loops.meeting import meetings
+from verification.reweighted.objectives.objective import rational_point
+from verification.reweighted.terms.term import judge_term
 
 EXAMPLES = 200
 """Instances that are drawn for one question."""

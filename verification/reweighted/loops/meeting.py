@@ -13,8 +13,8 @@ from flint import fmpq
 
 from convexperc.errors import SolverError
 from verification.exact.balls import UnresolvedError
-from verification.reweighted.expressions import simplest
-from verification.reweighted.loops import Loop
+from verification.reweighted.loops.loop import Loop
+from verification.reweighted.terms.expressions import simplest
 
 REACH = 8
 """Starts are sought up to this many times the spread of the zeros outside of it."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from verification.reweighted.terms import Term
+from verification.reweighted.terms.term import Term
 
 HALF = "r**2/2"
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from verification.reweighted.expressions import R, exactly
-from verification.reweighted.terms import SQUARES, Term
+from verification.reweighted.terms.expressions import R, exactly
+from verification.reweighted.terms.term import SQUARES, Term
 
 WIDTH = "w"
 """The width of a term that has one: it is psi((r/w)**2)."""

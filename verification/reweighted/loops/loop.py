@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 from convexperc.errors import InputError, SolverError
 from verification.exact.balls import Numbers, UnresolvedError, exact, inner, precision, root
 from verification.exact.reweighting import Square, System, UndefinedUpdateError, WeightedSquares
-from verification.reweighted.dimensions import POWERS, degree
-from verification.reweighted.expressions import VARIABLE, exactly
-from verification.reweighted.objective import (
+from verification.reweighted.objectives.objective import (
     Objective,
     Part,
     fractions,
@@ -29,6 +27,8 @@ from verification.reweighted.objective import (
     grows_without_bound,
     weight_in_floats,
 )
+from verification.reweighted.terms.dimensions import POWERS, degree
+from verification.reweighted.terms.expressions import VARIABLE, exactly
 
 Floats = NDArray[np.float64]
 ORDERS = ("gauss_seidel", "jacobi")

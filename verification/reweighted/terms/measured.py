@@ -21,9 +21,9 @@ import sympy as sp
 
 from convexperc.errors import InputError
 from verification.reweighted.answers import Answer, Answers, Word
-from verification.reweighted.dimensions import POWERS
-from verification.reweighted.expressions import exactly, half, signed_variable
-from verification.reweighted.sampling import (
+from verification.reweighted.terms.dimensions import POWERS
+from verification.reweighted.terms.expressions import exactly, half, signed_variable
+from verification.reweighted.terms.sampling import (
     GRID,
     POINTS,
     ROUNDING,
@@ -34,7 +34,7 @@ from verification.reweighted.sampling import (
     sampled,
     value_at,
 )
-from verification.reweighted.terms import SQUARES, judge_term
+from verification.reweighted.terms.term import SQUARES, judge_term
 
 TOLERANCE = 1e-3
 """Two numbers are called different if they differ by more than this part of them, beyond rounding."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from verification.exact.balls import Numbers
-from verification.reweighted.objective import Objective, rational_point
+from verification.reweighted.objectives.objective import Objective, rational_point
 
 Floats = NDArray[np.float64]
 DIGITS = (0, 1, 2, 6, 12)

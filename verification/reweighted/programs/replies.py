@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.errors import escaped
-from verification.reweighted.objective import Objective
-from verification.reweighted.questions import Data
+from verification.reweighted.objectives.objective import Objective
+from verification.reweighted.programs.questions import Data
 
 REFUSALS: tuple[type[Exception], ...] = (ValueError, NotImplementedError)
 """Exceptions by which a program says that an input is not for it; numpy.linalg.LinAlgError is one."""

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from convexperc.errors import InputError
 from verification.exact.balls import Numbers, UnresolvedError, exact, inner, root
-from verification.reweighted.expressions import Pieces, R, evaluate
-from verification.reweighted.terms import Term
+from verification.reweighted.terms.expressions import Pieces, R, evaluate
+from verification.reweighted.terms.term import Term
 
 Array = NDArray[Any]
 """An object array of Fractions."""

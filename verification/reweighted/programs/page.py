@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from verification.reweighted.answers import Word
-from verification.reweighted.packages import Judged, judge_packages
+from verification.reweighted.programs.packages import Judged, judge_packages
 
 SCHEMA = "convexperc/reweighted-packages/1"
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from convexperc.errors import InputError, check_type
-from verification.reweighted.questions import Data
+from verification.reweighted.programs.questions import Data
 
 DIGITS = 16
 """Hexadecimal digits of the id of an input or a finding."""

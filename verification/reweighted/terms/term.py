@@ -20,9 +20,9 @@ from flint import arb, fmpq
 from convexperc.errors import InputError
 from verification.exact.balls import UnresolvedError, precision
 from verification.reweighted.answers import Answer, Answers, Word
-from verification.reweighted.deadline import at_most
-from verification.reweighted.dimensions import POWERS, degree
-from verification.reweighted.expressions import (
+from verification.reweighted.terms.deadline import at_most
+from verification.reweighted.terms.dimensions import POWERS, degree
+from verification.reweighted.terms.expressions import (
     VARIABLE,
     Given,
     Pieces,
@@ -36,7 +36,7 @@ from verification.reweighted.expressions import (
     read,
     substituted,
 )
-from verification.reweighted.signs import BITS, Decision, never_positive, points
+from verification.reweighted.terms.signs import BITS, Decision, never_positive, points
 
 SQUARES = {"r**2": sp.Integer(1), "r**2/2": sp.Rational(1, 2)}
 """What a weight multiplies, and its factor."""

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from verification.reweighted.answers import Answers
-from verification.reweighted.losses import LOSSES
-from verification.reweighted.measured import Make, judge_functions
-from verification.reweighted.terms import Term, judge_term
+from verification.reweighted.terms.losses import LOSSES
+from verification.reweighted.terms.measured import Make, judge_functions
+from verification.reweighted.terms.term import Term, judge_term
 
 HALF = "r**2/2"
 

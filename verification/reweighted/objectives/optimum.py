@@ -22,8 +22,8 @@ from scipy import sparse
 
 from verification.exact.balls import Numbers, enclosed, exact, inner, precision
 from verification.lassos.referee import ends, norm, rational
-from verification.reweighted.conjugates import Block, Growth, blocks
-from verification.reweighted.objective import Objective
+from verification.reweighted.objectives.conjugates import Block, Growth, blocks
+from verification.reweighted.objectives.objective import Objective
 
 Floats = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from hypothesis.errors import NoSuchExample
 from convexperc.errors import InputError
 from verification.exact.balls import Numbers, UnresolvedError, precision
 from verification.exact.reweighting import UndefinedUpdateError
-from verification.reweighted.better import better_point, is_less
-from verification.reweighted.loops import Loop, Point, unbounded_at_zero
-from verification.reweighted.objective import rational_point
+from verification.reweighted.loops.better import better_point, is_less
+from verification.reweighted.loops.loop import Loop, Point, unbounded_at_zero
+from verification.reweighted.objectives.objective import rational_point
 
 BITS = 256
 LONGEST = 512

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from convexperc.errors import installed
-from verification.reweighted.objective import Objective, each_loss, norm, norm1, squares, variable
-from verification.reweighted.programs import ProgramAnswers, judge_program
-from verification.reweighted.questions import Data, Question, all_questions, as_given, other_units
-from verification.reweighted.verdicts import Rule
+from verification.reweighted.objectives.objective import Objective, each_loss, norm, norm1, squares, variable
+from verification.reweighted.programs.judging import ProgramAnswers, judge_program
+from verification.reweighted.programs.questions import Data, Question, all_questions, as_given, other_units
+from verification.reweighted.programs.verdicts import Rule
 
 Array = NDArray[Any]
 

@@ -17,8 +17,8 @@ from flint import fmpq
 
 from convexperc.errors import InputError
 from verification.exact.balls import exact
-from verification.reweighted.expressions import Piece, Pieces, R
-from verification.reweighted.objective import Objective, Part
+from verification.reweighted.objectives.objective import Objective, Part
+from verification.reweighted.terms.expressions import Piece, Pieces, R
 
 
 class NotCoveredError(InputError):

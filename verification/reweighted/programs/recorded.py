@@ -14,12 +14,12 @@ from convexperc.files import NoFloat, given_path, write_atomic
 from verification.conformance.answers import told
 from verification.conformance.doors import Results
 from verification.reweighted.answers import Answer, Word
-from verification.reweighted.doors import answered
-from verification.reweighted.inputs import arrays, digest, line, listed
-from verification.reweighted.programs import Build, ProgramAnswers, judge_program
-from verification.reweighted.questions import Data, Question, checked
-from verification.reweighted.replies import NotAskedError
-from verification.reweighted.verdicts import Rule
+from verification.reweighted.programs.doors import answered
+from verification.reweighted.programs.inputs import arrays, digest, line, listed
+from verification.reweighted.programs.judging import Build, ProgramAnswers, judge_program
+from verification.reweighted.programs.questions import Data, Question, checked
+from verification.reweighted.programs.replies import NotAskedError
+from verification.reweighted.programs.verdicts import Rule
 
 ASKED = {"id", "input"}
 """Keys of a line that nobody has answered yet."""

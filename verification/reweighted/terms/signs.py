@@ -19,7 +19,7 @@ from verification.exact.balls import UnresolvedError, precision
 from verification.proofs.checkers.formulas import names
 from verification.proofs.checkers.reals import real
 from verification.reweighted.answers import Word
-from verification.reweighted.expressions import VARIABLE, R, evaluate, simplest
+from verification.reweighted.terms.expressions import VARIABLE, R, evaluate, simplest
 
 BITS = 256
 DEPTH = 3

@@ -20,9 +20,9 @@ from convexperc.errors import ToleranceError
 from verification.exact.balls import Numbers, UnresolvedError, enclosed, exact, inner, precision
 from verification.exact.numbers import Enclosure, square_root
 from verification.reweighted.answers import Word
-from verification.reweighted.conjugates import Growth, NotCoveredError, blocks
-from verification.reweighted.objective import Objective, rational_point
-from verification.reweighted.optimum import BITS, Optimum, optimum
+from verification.reweighted.objectives.conjugates import Growth, NotCoveredError, blocks
+from verification.reweighted.objectives.objective import Objective, rational_point
+from verification.reweighted.objectives.optimum import BITS, Optimum, optimum
 
 ACCUSING = 2.0**-30
 """Share of the size of the data below which no difference accuses: 1e-9, far above float64's rounding.

@@ -14,8 +14,15 @@ from verification.exact.balls import precision
 from verification.provenance import digest
 from verification.reweighted.answers import Answers, Word
 from verification.reweighted.gallery import CASES
-from verification.reweighted.instances import BITS, Instance, exact_run, instance, shown_number, shown_point
-from verification.reweighted.judging import SHOWS, judge_loop
+from verification.reweighted.loops.instances import (
+    BITS,
+    Instance,
+    exact_run,
+    instance,
+    shown_number,
+    shown_point,
+)
+from verification.reweighted.loops.judging import SHOWS, judge_loop
 
 SCHEMA = "convexperc/reweighted-loops/1"
 STORED = "found.json"

@@ -18,7 +18,7 @@ import numpy as np
 
 from convexperc.errors import InputError, SolverError, escaped
 from verification.conformance.process import Process
-from verification.reweighted.inputs import arrays, line, listed
+from verification.reweighted.programs.inputs import arrays, line, listed
 
 SECONDS = 60.0
 """Time for one answer."""
@@ -128,7 +128,7 @@ def answered(found: Any, what: str, text: str) -> Any:
 
 def module(target: str, seconds: float = SECONDS) -> Command:
     """A Python function ``package.module:function``, imported in a process of its own for each answer."""
-    return Command([sys.executable, "-m", "verification.reweighted.doors", target], seconds)
+    return Command([sys.executable, "-m", "verification.reweighted.programs.doors", target], seconds)
 
 
 def serve(target: str, given: str) -> str:

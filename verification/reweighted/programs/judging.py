@@ -19,12 +19,12 @@ import numpy as np
 from convexperc.errors import FileFormatError, InputError, check_type
 from convexperc.files import read_json, write_json
 from verification.reweighted.answers import Answer, Answers, Word
-from verification.reweighted.inputs import arrays, digest, plain
-from verification.reweighted.objective import Objective
-from verification.reweighted.optimum import Optimum
-from verification.reweighted.questions import Data, Question, checked
-from verification.reweighted.replies import REFUSALS, Kind, Reply, accepted, ask
-from verification.reweighted.verdicts import Rule, Verdict, rounded, verdict
+from verification.reweighted.objectives.objective import Objective
+from verification.reweighted.objectives.optimum import Optimum
+from verification.reweighted.programs.inputs import arrays, digest, plain
+from verification.reweighted.programs.questions import Data, Question, checked
+from verification.reweighted.programs.replies import REFUSALS, Kind, Reply, accepted, ask
+from verification.reweighted.programs.verdicts import Rule, Verdict, rounded, verdict
 
 DRAWS = 40
 """Inputs that Hypothesis draws for each question."""

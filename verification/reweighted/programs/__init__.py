@@ -1,0 +1,1 @@
+"""Programs as black boxes, judged against the certified optimum of each input."""
