@@ -93,7 +93,8 @@ SUBJECTS: dict[str, tuple[str, ...]] = {
     ),
     "kernels": (
         *(f"convexperc/{name}" for name in ("problem", "caching.py", "errors.py", "faces.py", "files.py")),
-        *(f"verification/{name}" for name in ("reweighted", "exact", "ledger", "problems", "journal.py")),
+        *(f"verification/reweighted/{name}" for name in ("terms", "answers.py")),
+        *(f"verification/{name}" for name in ("exact", "ledger", "problems", "journal.py")),
         "verification/proofs/checkers",
         *(f"verification/{name}.py" for name in ("checks/measures", "search/tasks")),
     ),

@@ -88,7 +88,7 @@ MAKERS = {
     "campaign": ["search.certify"],
     "benchmark": ["bench.run", "bench.floor", "bench.picture_frames", "bench.proof_times"],
     "faults": ["faults.hunt", "faults.own"],
-    "kernels": ["reweighted.campaign", "reweighted.kernels"],
+    "kernels": ["reweighted.terms.campaign", "reweighted.terms.kernels"],
     "lassos": ["lassos.campaign"],
     "report": ["run.stages"],
 }
