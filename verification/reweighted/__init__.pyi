@@ -7,8 +7,9 @@ from .programs.judging import Finding, ProgramAnswers, judge_program, replay
 from .programs.questions import Question, all_questions
 from .programs.recorded import export_inputs, judge_recorded
 from .programs.verdicts import Rule
+from .terms.judging import judge_term
 from .terms.measured import judge_functions
-from .terms.term import Term, judge_term
+from .terms.term import Term
 
 __all__ = [
     "Answer",

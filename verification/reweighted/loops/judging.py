@@ -25,7 +25,7 @@ from verification.reweighted.loops.instances import (
 from verification.reweighted.loops.loop import Loop, Point, float_run, in_unit
 from verification.reweighted.loops.meeting import meetings
 from verification.reweighted.objectives.objective import rational_point
-from verification.reweighted.terms.term import judge_term
+from verification.reweighted.terms.judging import judge_term
 
 EXAMPLES = 200
 """Instances that are drawn for one question."""

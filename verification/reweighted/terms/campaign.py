@@ -14,9 +14,9 @@ from typing import Any
 from verification.checks.measures import add_fields
 from verification.journal import Journal
 from verification.reweighted.answers import Answers, Word
+from verification.reweighted.terms.judging import judge_term
 from verification.reweighted.terms.measured import judge_functions
 from verification.reweighted.terms.random_terms import Drawn, draw
-from verification.reweighted.terms.term import judge_term
 from verification.search.tasks import run_tasks
 
 SCHEMA = "convexperc/kernels/1"

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from verification.reweighted.answers import Answers
+from verification.reweighted.terms.judging import judge_term
 from verification.reweighted.terms.losses import LOSSES
 from verification.reweighted.terms.measured import Make, judge_functions
-from verification.reweighted.terms.term import Term, judge_term
+from verification.reweighted.terms.term import Term
 
 HALF = "r**2/2"
 

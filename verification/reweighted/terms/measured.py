@@ -23,6 +23,7 @@ from convexperc.errors import InputError
 from verification.reweighted.answers import Answer, Answers, Word
 from verification.reweighted.terms.dimensions import POWERS
 from verification.reweighted.terms.expressions import exactly, half, signed_variable
+from verification.reweighted.terms.judging import judge_term
 from verification.reweighted.terms.sampling import (
     GRID,
     POINTS,
@@ -34,7 +35,8 @@ from verification.reweighted.terms.sampling import (
     sampled,
     value_at,
 )
-from verification.reweighted.terms.term import SQUARES, judge_term
+from verification.reweighted.terms.term import SQUARES
+from verification.reweighted.terms.units import unit_said
 
 TOLERANCE = 1e-3
 """Two numbers are called different if they differ by more than this part of them, beyond rounding."""
@@ -435,9 +437,8 @@ def _units(side: MeasuredSide, make: Make | None) -> Answer:
             continue
         wrong = [fit.weight for fit in fits if fit.weight]
         if not wrong:
-            return Answer(
-                "units", Word.YES, _units_said(power), _measured("losses and weights in other units")
-            )
+            said = unit_said(power, "" if power is None else "the width")
+            return Answer("units", Word.YES, said, _measured("losses and weights in other units"))
         if stated is None:
             stated, shown = power, dict(wrong[0])
     if shown:
@@ -449,15 +450,6 @@ def _units(side: MeasuredSide, make: Make | None) -> Answer:
     if make is not None:
         said = "The loss has numbers of its own unit, so that the question does not arise."
     return Answer("units", Word.UNDECIDED, said, f"{ROOTED}: losses in other units")
-
-
-def _units_said(power: Any) -> str:
-    if power is None:
-        return "In another unit of r the weight follows as the loss does."
-    unit = {1: "the unit of r", 2: "the unit of r squared", 0: "no unit"}.get(
-        power, f"the unit of r to the power {power}"
-    )
-    return f"In another unit of r the weight follows as the loss does, if the width has {unit}."
 
 
 @dataclass(frozen=True)

@@ -233,3 +233,8 @@ def _by_derivative(expression: Any, lower: Any, upper: Any, depth: int) -> list[
         return None
     steps = _below(sp.simplify(sp.diff(expression, R)), lower, upper, depth - 1)
     return None if steps is None else [f"{expression} tends to {start} and never rises", *steps]
+
+
+def listed(steps: list[str]) -> str:
+    """The reasons of several decisions, each once."""
+    return "; ".join(dict.fromkeys(filter(None, steps))) or "the sign of each factor can be read off"
