@@ -16,7 +16,8 @@ from verification.exact.balls import exact, precision
 from verification.reweighted import each_loss, loss, norm, norm1, squares, variable
 from verification.reweighted.objectives import optimum as module
 from verification.reweighted.objectives.conjugates import NotCoveredError, blocks
-from verification.reweighted.objectives.optimum import System, optimum
+from verification.reweighted.objectives.optimum import optimum
+from verification.reweighted.objectives.system import System
 
 TIGHT = 1e-30
 SCALES = (1.0, 1e-10, 1e10)
@@ -176,7 +177,7 @@ def test_the_bounds_hold_whatever_is_suggested(seed):
         ]
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(module, "_suggested", noise)
+        patched.setattr(module, "suggested", noise)
         found = optimum(objective)
     assert found.lower <= truth.upper
     assert truth.lower <= found.upper
@@ -200,7 +201,7 @@ def test_a_dual_vector_is_made_feasible_before_it_bounds():
 
 def test_without_a_dual_vector_there_is_no_lower_bound():
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(module, "_suggested", lambda system: ([fmpq(0)] * system.n, None))
+        patched.setattr(module, "suggested", lambda system: ([fmpq(0)] * system.n, None))
         found = optimum(points_objective([(0, 0), (2, 0), (0, 2)]))
     assert found.lower is None
     assert "no dual vector" in found.reason

@@ -22,7 +22,8 @@ from verification.exact.numbers import Enclosure, square_root
 from verification.reweighted.answers import Word
 from verification.reweighted.objectives.conjugates import Growth, NotCoveredError, blocks
 from verification.reweighted.objectives.objective import Objective, rational_point
-from verification.reweighted.objectives.optimum import BITS, Optimum, optimum
+from verification.reweighted.objectives.optimum import Optimum, optimum
+from verification.reweighted.objectives.system import BITS
 
 ACCUSING = 2.0**-30
 """Share of the size of the data below which no difference accuses: 1e-9, far above float64's rounding.
