@@ -94,7 +94,7 @@ def _undoubted(line: bytes | str) -> dict[str, Any] | None:
         return None
     try:
         data = from_json(line, allow_inf_nan=False)
-    except ValueError:
+    except (ValueError, TypeError):  # the latter for text with half a surrogate pair
         return None
     if not isinstance(data, dict) or not all(map(_is_flat, data.values())):
         return None

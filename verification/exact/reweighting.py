@@ -80,7 +80,7 @@ class System:
         name : str
             Of the variables, for errors.
         unique : bool
-            Whether a singular M is an error; else entries that are free are 0.
+            Whether a singular M is an error; else entries that are free keep their value.
 
         Raises
         ------
@@ -91,14 +91,17 @@ class System:
         UnresolvedError
             Balls do not tell.
         """
-        found, basis = _kept(self.held, self.point)
-        gradient = self.gradient(found)
+        size = len(self.point)
+        kernel = _kernel(self.held, size)
+        basis, free = list(kernel.values()), [self.point[k] for k in kernel]
+        met = _combined(kernel, self.point, size)
+        kept = [fmpq(0) if k in kernel else self.point[k] - met[k] for k in range(size)]
+        gradient = self.gradient(kept)
         matrix = [_form(self.matrix, a, b) for a in basis for b in basis]
         right = [-sum((a * gradient[k] for k, a in vector.items()), fmpq(0)) for vector in basis]
-        for y, vector in zip(_solve(name, matrix, right, unique), basis, strict=True):
-            for k, a in vector.items():
-                found[k] = found[k] + y * a
-        return found
+        moved = _solve(name, matrix, right, None if unique else free)
+        found = _combined(dict(enumerate(basis)), moved, size)
+        return [x + y for x, y in zip(kept, found, strict=True)]
 
 
 class WeightedSquares:
@@ -146,20 +149,26 @@ class WeightedSquares:
         return System(matrix, linear, held, [point[k] for k in block])
 
 
-def _kept(rows: list[Numbers], point: Numbers) -> tuple[Numbers, list[Row]]:
-    """A vector on which the rows are as at `point`, and a basis of those on which they vanish."""
-    size = len(point)
-    kept, basis = [fmpq(0)] * size, {k: {k: fmpq(1)} for k in range(size)}
+def _kernel(rows: list[Numbers], size: int) -> dict[int, Row]:
+    """A basis of the vectors on which rational rows vanish, each by the column in which it alone is not 0."""
+    basis: dict[int, dict[int, Any]] = {k: {k: fmpq(1)} for k in range(size)}
     echelon = fmpq_mat(len(rows), size, [a for row in rows for a in row]).rref()[0]
     for row in echelon.tolist():
         entries = [(k, a) for k, a in enumerate(row) if a != 0]
         if entries:
-            pivot = entries[0][0]
-            kept[pivot] = sum((a * point[k] for k, a in entries), fmpq(0))
-            del basis[pivot]
+            del basis[entries[0][0]]
         for k, a in entries[1:]:
-            basis[k][pivot] = -a
-    return kept, list(basis.values())
+            basis[k][entries[0][0]] = -a
+    return dict(basis)
+
+
+def _combined(basis: Mapping[int, Row], values: Numbers, size: int) -> Numbers:
+    """The sum of the vectors of a basis, each times the value at its key."""
+    found = [fmpq(0)] * size
+    for key, vector in basis.items():
+        for k, a in vector.items():
+            found[k] = found[k] + values[key] * a
+    return found
 
 
 def _form(matrix: list[Numbers], a: Row, b: Row) -> Any:
@@ -167,7 +176,8 @@ def _form(matrix: list[Numbers], a: Row, b: Row) -> Any:
     return sum((x * matrix[i][j] * y for i, x in a.items() for j, y in b.items()), fmpq(0))
 
 
-def _solve(name: str, entries: Numbers, right: Numbers, unique: bool) -> Numbers:
+def _solve(name: str, entries: Numbers, right: Numbers, free: Numbers | None) -> Numbers:
+    """The solution; of several, the one with these values in what is free, or an error without values."""
     size, rational = len(right), all(isinstance(a, fmpq) for a in entries)
     if not size:
         return []
@@ -178,14 +188,14 @@ def _solve(name: str, entries: Numbers, right: Numbers, unique: bool) -> Numbers
         return list(matrix.solve(arb_mat(size, 1, right), algorithm="precond").entries())
     except ZeroDivisionError:
         rank = int(fmpq_mat(size, size, entries).rank()) if rational else size
-    if unique and rank < size:
+    if free is None and rank < size:
         raise SingularStepError(name, size, rank)
     if not all(isinstance(a, fmpq) for a in (*entries, *right)):
         what, must = f"the matrix of the update of {name}", "must be invertible throughout its balls"
         raise UnresolvedError(what, value=f"{flint.ctx.prec} bits", must=must, remedy="Use more.")
-    rows = [[*entries[i * size : (i + 1) * size], b] for i, b in enumerate(right)]
-    *found, unsolvable = _kept(rows, [fmpq(0)] * size + [fmpq(1)])[0]
-    if unsolvable:
+    rows = [[*entries[i * size : (i + 1) * size], -b] for i, b in enumerate(right)]
+    kernel = _kernel(rows, size + 1)  # M z = b is [M, -b] (z, 1) = 0
+    if free is None or size not in kernel:
         must = "must have a solution"
         raise UndefinedUpdateError(f"the system of the update of {name}", value="none", must=must)
-    return found
+    return _combined(kernel, [*free, fmpq(1)], size + 1)[:size]

@@ -68,9 +68,16 @@ def test_of_a_ball_around_zero_nothing_is_lost() -> None:
         assert all(found.contains(arb(end)) for end in ends), found
 
 
-def test_a_singular_system_is_an_error_or_leaves_what_is_free_at_zero() -> None:
+def test_a_singular_system_is_an_error_or_leaves_what_is_free_as_it_is() -> None:
     solvable, unsolvable = equations([[1, 1], [1, 1]], [2, 2]), equations([[1, 1], [1, 1]], [2, 3])
     assert solvable.solved("z") == [2, 0]
+    assert replace(solvable, point=[fmpq(9), fmpq(5)]).solved("z") == [-3, 5]
+    root = arb(5).sqrt()
+    first, second = replace(solvable, point=[fmpq(9), root]).solved("z")
+    assert (first - 2 + root).contains(0)
+    assert (second - root).contains(0)
+    held = System([[fmpq(0)] * 2] * 2, [fmpq(0)] * 2, [[fmpq(1), fmpq(2)]], [fmpq(7), fmpq(3)])
+    assert held.solved("z") == [7, 3]
     with pytest.raises(UndefinedUpdateError, match="the update of z must have a solution"):
         unsolvable.solved("z")
     in_balls = replace(solvable, linear=[arb(-2), arb(-2)])

@@ -5,7 +5,7 @@ the residual at the iterate; a block of Gauss-Seidel sees the new values of thos
 does not.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -27,8 +27,9 @@ from verification.reweighted.objectives.objective import (
     grows_without_bound,
     weight_in_floats,
 )
-from verification.reweighted.terms.dimensions import POWERS, degree
-from verification.reweighted.terms.expressions import VARIABLE, exactly
+from verification.reweighted.terms.dimensions import unit_of_widths
+from verification.reweighted.terms.expressions import R, exactly
+from verification.reweighted.terms.term import Side
 
 Floats = NDArray[np.float64]
 ORDERS = ("gauss_seidel", "jacobi")
@@ -104,17 +105,16 @@ class Loop:
         """
         if self.update is not None:
             return dict(self.update(point))
-        weighted = [part for part in self.objective.parts if part.term is not None]
-        weights = [self._weight(part, point) for part in weighted]
+        parts = enumerate(self.objective.parts)
+        weights = {k: self._weight(part, point) for k, part in parts if part.term is not None}
         found = dict(point)
         for names in self.groups:
             seen = found if self.order == "gauss_seidel" else point
             block = [k for name in names for k in self.columns[name]]
-            system = self._squares.system(block, [x for name in self.columns for x in seen[name]], weights)
+            whole = [x for name in self.columns for x in seen[name]]
+            system = self._squares.system(block, whole, list(weights.values()))
             if system.held and self.at_zero == "leave":
-                met = [part for part, weight in zip(weighted, weights, strict=True) if weight is None]
-                pulling = [part for part in met if not part.affine.parts.keys().isdisjoint(names)]
-                moved = self._left(system, sum((exact(part.coefficient) for part in pulling), fmpq(0)))
+                moved = self._left(system, block, {k for k, weight in weights.items() if weight is None})
             else:
                 moved = system.solved(", ".join(names))
             values = iter(moved)
@@ -172,11 +172,15 @@ class Loop:
             )
         return None
 
-    def _left(self, system: System, pull: Any) -> Numbers:
+    def _left(self, system: System, block: Sequence[int], met: Collection[int]) -> Numbers:
         """Vardi and Zhang: the step of the rest, shortened by what the norms that are 0 pull back."""
-        if not all(_is_multiple_of_unit(part) for part in self.objective.parts):
-            must = "must be for objectives of ||x - a|| and its square alone"
-            raise InputError("at_zero='leave'", value="another expression", must=must)
+        pull = fmpq(0)
+        for k, part in enumerate(self.objective.parts):
+            factor = self._factor(part, block)
+            if factor and k in met:
+                if part.term is None or not all(_is_norm(side) for side in part.term.sides):
+                    raise _not_theirs("another loss")
+                pull += exact(part.coefficient) * abs(factor)
         gradient, size = system.gradient(system.point), system.matrix[0][0]
         force = 2 * root(inner(gradient, gradient))
         if bool(force <= pull):
@@ -184,6 +188,25 @@ class Loop:
         if not bool(force > pull):
             raise UnresolvedError("a force", value=str(force), must=f"must differ from {pull}")
         return [x - g / size * (1 - pull / force) for x, g in zip(system.point, gradient, strict=True)]
+
+    def _factor(self, part: Part, block: Sequence[int]) -> Any:
+        """The k of a residual k (x - a) of the block x; 0 where it does not depend on the block."""
+        rows = [{k: a for k, a in row.items() if k in block} for row, _ in self._square(part)]
+        if not any(rows):
+            return fmpq(0)
+        factor = rows[0].get(block[0], fmpq(0))
+        if rows != [{k: factor} for k in block]:
+            raise _not_theirs("another expression")
+        return factor
+
+
+def _is_norm(side: Side) -> bool:
+    return [piece.expression for piece in side.loss] == [R]
+
+
+def _not_theirs(value: str) -> InputError:
+    must = "must be for objectives of k ||x - a|| and of squares of k (x - a) alone, x being the block"
+    return InputError("at_zero='leave'", value=value, must=must)
 
 
 FLOAT_BITS = 128
@@ -194,13 +217,6 @@ HELD = 1e20
 
 LARGEST = 1e200
 """Weight in float64 above which a system is not formed from it."""
-
-
-def _is_multiple_of_unit(part: Part) -> bool:
-    """Whether each matrix of a part is a number times the identity."""
-    return all(
-        np.array_equal(matrix, matrix[0, 0] * np.eye(*matrix.shape)) for matrix in part.affine.parts.values()
-    )
 
 
 def unbounded_at_zero(objective: Objective, point: Point) -> bool:
@@ -217,8 +233,8 @@ def unbounded_at_zero(objective: Objective, point: Point) -> bool:
 def in_unit(loop: Loop, unit: Fraction) -> Loop | None:
     """The same loop for data in another unit: every residual is multiplied by `unit`, and F stays as it is.
 
-    Weights, start and stopping rule are kept as they are stated. Widths have the first of the units `POWERS`
-    with which their loss is the same up to a factor: most often that of a residual.
+    Weights, start and stopping rule are kept as they are stated. Widths have the unit with which loss and
+    weight are the same up to a factor, see `unit_of_widths`: most often that of a residual.
 
     Returns
     -------
@@ -229,12 +245,12 @@ def in_unit(loop: Loop, unit: Fraction) -> Loop | None:
     for part in loop.objective.parts:
         term, power = part.term, sp.Integer(2)
         if term is not None:
-            loss = term.loss_expression
-            units = ((p, degree(loss, {VARIABLE: 1} | dict.fromkeys(term.widths, p))) for p in POWERS)
-            of_width, power = next((pair for pair in units if pair[1] is not None), (None, None))
-            if power is None or not power.is_Integer:
+            found = unit_of_widths(term.loss_expression, term.weight_expression, term.widths)
+            if found is None:
                 return None
-            scale = exactly(unit) ** of_width
+            scale, power = exactly(unit) ** found[0], found[1]
+            if not (power.is_Integer and scale.is_Rational):
+                return None
             term = replace(term, widths={name: exactly(value) * scale for name, value in term.widths.items()})
         affine = replace(part.affine, constant=part.affine.constant * unit)
         parts.append(Part(part.coefficient / unit ** int(power), affine, term))

@@ -110,10 +110,12 @@ def answered(found: Any, what: str, text: str) -> Any:
     Raises
     ------
     SolverError
-        It has not one of ``answer`` and ``refused``, or ``warned`` is no list.
+        It has not one of ``answer`` and ``refused``, or ``warned`` is no list; null stands for nothing.
     NotImplementedError
         The program refuses the input.
     """
+    if isinstance(found, dict):
+        found = {key: value for key, value in found.items() if value is not None}
     if not isinstance(found, dict) or len(found.keys() & {"answer", "refused"}) != 1:
         raise SolverError(what, value=text, must='must write a JSON object with "answer" or "refused"')
     warned = found.get("warned", [])

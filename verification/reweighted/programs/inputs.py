@@ -21,12 +21,19 @@ def arrays(data: Data) -> dict[str, Any]:
     Raises
     ------
     InputError
-        It is no mapping.
+        It is no mapping, or holds rows of several lengths or masked entries.
     """
     check_type(data, Mapping, "an input")
-    return {
-        name: np.array(value) if isinstance(value, list | tuple) else value for name, value in data.items()
-    }
+    found = {}
+    for name, value in data.items():
+        if np.ma.is_masked(value):
+            raise InputError(f"input {name}", value="masked entries", must="must have none")
+        try:
+            found[name] = np.array(value) if isinstance(value, list | tuple) else value
+        except ValueError as fault:
+            must = f"must be an array: {fault}"
+            raise InputError(f"input {name}", value=value, must=must) from None
+    return found
 
 
 def plain(value: Any) -> Any:

@@ -236,6 +236,7 @@ class _Trial:
     not_asked: int = 0
     undecided: list[str] = field(default_factory=list)
     wrong_as_given: int = 0
+    unknown_as_given: int = 0
     worst: float = 0.0
     optima: dict[str, Optimum] = field(default_factory=dict)
     warned: dict[str, int] = field(default_factory=dict)
@@ -243,17 +244,21 @@ class _Trial:
     def begin(self) -> None:
         """Count anew."""
         self.asked, self.not_asked, self.undecided = 0, 0, []
-        self.wrong_as_given, self.worst = 0, 0.0
+        self.wrong_as_given, self.unknown_as_given, self.worst = 0, 0, 0.0
 
     def case(self, question: Question, data: Data, variant: int) -> _Case | None:
-        """Ask; None where the question does not apply to the input, or the program is wrong without it."""
+        """Ask; None where the question does not apply to the input, or is not why it is wrong."""
         given = question.derive(data, variant)
         if given is None:
             return None
         case = self._asked(data, given, twice=question.twice)
-        if case.fails and question.beside and self._asked(data, data).fails:
-            self.wrong_as_given += 1
-            return None
+        if case.fails and question.beside:
+            beside = self._asked(data, data)
+            unknown = beside.reply.kind in (Kind.NOT_ASKED, Kind.REFUSED)
+            self.wrong_as_given += beside.fails
+            self.unknown_as_given += unknown
+            if beside.fails or unknown:
+                return None
         self._count(case)
         return case
 
@@ -290,8 +295,11 @@ class _Trial:
             shown = {key: json.dumps(value) for key, value in self._shown(question, case).items()}
             return Answer(question.name, Word.NO, said, case.basis, shown, case.fault)
         wrong = f"On {self.wrong_as_given} more it is wrong as they are given." if self.wrong_as_given else ""
+        if self.unknown_as_given:
+            more = f"On {self.unknown_as_given} more it is wrong, and as they are given it has no answer."
+            wrong = f"{wrong} {more}".strip()
         unknown = f"Inputs without an answer on record: {self.not_asked}." if self.not_asked else ""
-        if self.asked and not self.undecided and not unknown:
+        if self.asked and not self.undecided and not unknown and not self.unknown_as_given:
             far = f"farthest above F*: {self.worst:.1e} of it"
             said = f"Within the tolerance on all {self.asked} inputs; {far}. {wrong}"
             basis = "a proved lower bound of each optimum; for these inputs alone"

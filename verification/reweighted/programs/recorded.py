@@ -11,7 +11,7 @@ from typing import Any
 
 from convexperc.errors import InputError, SolverError, escaped
 from convexperc.files import NoFloat, given_path, write_atomic
-from verification.conformance.answers import told
+from verification.conformance.answers import shown, told
 from verification.conformance.doors import Results
 from verification.reweighted.answers import Answer, Word
 from verification.reweighted.programs.doors import answered
@@ -52,6 +52,7 @@ def export_inputs(
         There is no input, one cannot be written as JSON, a question names data that there are not, or the
         file cannot be written.
     """
+    inputs = list(inputs)
     lines = [line({"id": key, "input": listed(data)}) for key, data in _asked(inputs, checked(questions))]
     write_atomic(file, "".join(f"{each}\n" for each in lines).encode())
     return len(lines)
@@ -92,7 +93,7 @@ def judge_recorded(
     InputError
         As for `judge_program`; or the folder has no such file.
     """
-    chosen = checked(questions)
+    chosen, inputs = checked(questions), list(inputs)
     place = given_path(folder, "folder", InputError)
     record = _Record(Results(place, frozenset()), dict(_asked(inputs, chosen)))
     once = [question for question in chosen if not question.twice]
@@ -123,10 +124,15 @@ class _Record:
 
     def __init__(self, results: Results, asked: Mapping[str, Data]) -> None:
         self.asked = asked
-        self.strays = [*results.strays, *(f"has no id: {each}" for each in results.nameless)]
+        self.strays = [*results.strays, *(f"has no id: {shown(each)}" for each in results.nameless)]
         self.answers: dict[str, list[dict[str, Any]]] = {}
         for key, lines in results.found.items():
-            if given := [_numbers(each) for each in lines if each.keys() - ASKED]:
+            try:
+                given = [_numbers(each) for each in lines if each.keys() - ASKED]
+            except RecursionError:
+                self.strays.append(f"{shown(key)} is nested too deeply")
+                continue
+            if given:
                 self.answers[key] = given
 
     def __call__(self, **data: Any) -> Any:
@@ -147,7 +153,7 @@ class _Record:
             raise NotAskedError(f"There is no answer to the input {key}.")
         if len(found) > 1:
             raise SolverError(what, value=f"{len(found)} answers", must="must be the only one")
-        if found[0].get("input", listed(data)) != listed(data):
+        if found[0].get("input") not in (None, listed(data)):
             must = "must be to that input, and not to another one that it repeats"
             raise SolverError(what, value=found[0]["input"], must=must)
         return answered(found[0], what, str(found[0]))
@@ -161,7 +167,8 @@ class _Record:
             f"{len(surplus)} answers are to no input that is asked": surplus,
             f"{len(self.strays)} lines are no answer": self.strays,
         }
-        if parts := [f"{what}: {told(each)}." for what, each in lists.items() if each]:
+        short = {what: told([shown(one) for one in each]) for what, each in lists.items() if each}
+        if parts := [f"{what}: {which}." for what, which in short.items()]:
             return Answer("record", Word.NO, escaped(" ".join(parts)), BASIS)
         every = f"Each of the {len(self.asked)} inputs has an answer, and each answer is to one of them."
         return Answer("record", Word.YES, every, BASIS)

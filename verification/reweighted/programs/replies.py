@@ -130,7 +130,7 @@ def _values(found: Any, objective: Objective) -> dict[str, NDArray[np.float64]]:
     for name, size in objective.sizes.items():
         try:
             entries = _entries(found[name])
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError, ValueError, OverflowError):
             return {}
         if entries.size != size:
             return {}

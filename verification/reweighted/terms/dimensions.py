@@ -1,6 +1,6 @@
 """Dimensional analysis: by which power of a unit an expression is multiplied when its symbols are."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import sympy as sp
@@ -42,6 +42,32 @@ def degree(expression: Any, powers: Mapping[str, Any]) -> Any:
     elif isinstance(expression, sp.Function):
         found = sp.S.Zero if all(degree(part, powers) == 0 for part in expression.args) else None
     return found
+
+
+def unit_of_widths(loss: Any, weight: Any, widths: Iterable[str]) -> tuple[Any, Any, bool] | None:
+    """The unit of the widths of a loss and a weight, as a power of that of r.
+
+    Parameters
+    ----------
+    loss, weight : sympy expression
+    widths : iterable of str
+
+    Returns
+    -------
+    (power, degree, bool) or None
+        The first of `POWERS` with which loss and weight are the same up to factors of one unit, the degree of
+        the loss with it, and True; else the first with which the loss is, and False; None if there is none.
+    """
+    names, stated = list(widths), None
+    for power in POWERS if names else POWERS[:1]:
+        powers = {"r": 1} | dict.fromkeys(names, power)
+        of_loss, of_weight = degree(loss, powers), degree(weight, powers)
+        if of_loss is None:
+            continue
+        if of_weight is not None and (of_weight == of_loss - 2 or weight == 0):
+            return power, of_loss, True
+        stated = stated or (power, of_loss, False)
+    return stated
 
 
 def _same(parts: Any, powers: Mapping[str, Any]) -> Any:

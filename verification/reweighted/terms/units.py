@@ -9,7 +9,7 @@ from flint import arb, fmpq
 from convexperc.errors import InputError
 from verification.exact.balls import UnresolvedError, precision
 from verification.reweighted.answers import Answer, Word
-from verification.reweighted.terms.dimensions import POWERS, degree
+from verification.reweighted.terms.dimensions import unit_of_widths
 from verification.reweighted.terms.expressions import at, exactly
 from verification.reweighted.terms.signs import BITS
 from verification.reweighted.terms.term import Side, Term, text
@@ -17,27 +17,15 @@ from verification.reweighted.terms.term import Side, Term, text
 
 def units(term: Term) -> Answer:
     """Say whether the weight follows a change of the unit of r, as the loss does."""
-    loss, weight = term.loss_expression, term.weight_expression
-    stated = None
-    for power in POWERS:
-        powers = {"r": 1} | dict.fromkeys(term.widths, power)
-        of_loss, of_weight = degree(loss, powers), degree(weight, powers)
-        if of_loss is None:
-            continue
-        stated = power if stated is None else stated
-        if of_weight is not None and (of_weight == of_loss - 2 or weight == 0):
-            return Answer(
-                "units",
-                Word.YES,
-                unit_said(power, ", ".join(term.widths)),
-                "dimensional analysis of both formulas",
-            )
-        if not term.widths:
-            break
-    if stated is None:
+    found = unit_of_widths(term.loss_expression, term.weight_expression, term.widths)
+    if found is None:
         said = "The loss has numbers of its own unit, so that the question does not arise."
         return Answer("units", Word.UNDECIDED, said, "dimensional analysis of the loss")
-    return _unit_fault(term, stated)
+    power, _, follows = found
+    if not follows:
+        return _unit_fault(term, power)
+    said = unit_said(power, ", ".join(term.widths))
+    return Answer("units", Word.YES, said, "dimensional analysis of both formulas")
 
 
 def unit_said(power: Any, names: str) -> str:
