@@ -1,6 +1,7 @@
 """Loops judged: known failures are found, planted faults are named, and sound loops are not accused."""
 
 from collections.abc import Callable, Mapping
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,27 @@ def lasso(weight: str = "1/(2*abs(r))", **options: Any) -> Build:
     def build(a: int, y: int) -> Loop:
         x = variable("x", 1)
         return Loop(squares(np.array([[a]]) @ x - [y]) + norm1(x, weight), **options)
+
+    return build
+
+
+def smoothed_median(points: list[int]) -> Loop:
+    """With a width that has the unit of r squared, and a stopping rule that has none."""
+    x = variable("x", 1)
+
+    def stop(before: Any, after: Any) -> bool:
+        return bool(np.abs(after["x"] - before["x"]).max() <= 1e-12 * np.abs(after["x"]).max())
+
+    weight, widths = "1/(2*sqrt(r**2 + e))", {"e": Fraction(1, 10**12)}
+    return Loop(sum((norm(x - [p], weight, widths=widths) for p in points), Objective(())), stop=stop)
+
+
+def deviations(row: list[int]) -> Build:
+    """Of data that determine no more than one of two coefficients."""
+
+    def build(points: list[int]) -> Loop:
+        b = variable("b", 2)
+        return Loop(norm1(np.array([row] * len(points)) @ b - points))
 
     return build
 
@@ -120,6 +142,8 @@ PLANTED: tuple[tuple[str, Build, Mapping[str, Any], str], ...] = (
     ("a median that rests at the data", median(), LINE, "starts"),
     ("a median that meets the data", median(), LINE, "zeros"),
     ("a lasso that rests at 0", lasso(), ROW, "starts"),
+    ("deviations that rest at the data, with a column of zeros", deviations([1, 0]), LINE, "starts"),
+    ("deviations that rest at the data, with equal columns", deviations([1, 1]), LINE, "starts"),
     ("the limit of a wrong factor", lasso("1/abs(r)"), ROW, "limit"),
 )
 
@@ -145,6 +169,7 @@ SOUND: tuple[tuple[str, Build, Mapping[str, Any]], ...] = (
     ("Charbonnier", location("c**2*(sqrt(1 + (r/c)**2) - 1)", "1/sqrt(1 + (r/c)**2)", c=1), COLUMN),
     ("Welsch", location("c**2/2*(1 - exp(-(r/c)**2))", "exp(-(r/c)**2)", c=2), COLUMN),
     ("Geman and McClure", location("r**2/2/(1 + (r/c)**2)", "1/(1 + (r/c)**2)**2", c=2), COLUMN),
+    ("a smoothing with the unit of r squared", smoothed_median, LINE),
     ("smoothed absolute values", location("abs(r)", "1/(2*sqrt(r**2 + e**2))", "r**2", e="1/100"), COLUMN),
 )
 

@@ -52,6 +52,41 @@ def test_the_rule_of_vardi_and_zhang_is_refused_where_it_is_not_theirs() -> None
         loop.step(rational_point({"x": [0, 0]}))
 
 
+def test_vardi_and_zhang_have_factors_of_the_residual_and_other_blocks_beside_it() -> None:
+    x, u = variable("x", 1), variable("u", 2)
+    zero = rational_point({"x": [0]})
+    # The rest has 1/2 of (x - 4)^2 and of (x - 6)^2 with a force of 5; the norm that is 0 pulls with 1.
+    factors = Loop(norm(x) + norm(-2 * (x - [4])) + norm(3 * (x - [6])), at_zero="leave")
+    assert factors.step(zero)["x"] == [4]
+    assert Loop(norm(3 * x) + norm(x - [4]) + norm(x - [6]), at_zero="leave").step(zero)["x"] == [0]
+    absent = Loop(norm(x) + 7 * norm(0 * x) + 3 * norm(x - [4]), at_zero="leave")
+    assert absent.step(zero)["x"] == [fmpq(8, 3)]
+    beside = Loop(
+        norm(x) + 3 * norm(x - [4]) + squares(np.array([[1, 2]]) @ u - [1]), [["x"], ["u"]], at_zero="leave"
+    )
+    moved = beside.step(rational_point({"x": [0], "u": [0, 0]}))
+    assert (moved["x"], moved["u"]) == ([fmpq(8, 3)], [1, 0])
+
+
+@pytest.mark.parametrize("several", [True, False])
+def test_vardi_and_zhang_are_refused_two_variables_at_once_and_other_losses(several: bool) -> None:
+    x, y = variable("x", 1), variable("y", 1)
+    other = norm(y - [5]) if several else loss(x, "3*r", "3/(2*r)")
+    loop = Loop(norm(x) + norm(x - [4]) + other, at_zero="leave")
+    with pytest.raises(InputError, match="leave"):
+        loop.step(rational_point({name: [0] for name in loop.objective.sizes}))
+
+
+def test_what_the_data_leave_free_stays_as_it_is() -> None:
+    """In exact numbers as in float64."""
+    b = variable("b", 2)
+    loop = Loop(norm1(np.array([[1, 0]] * 3) @ b - [1, 2, 7]))
+    moved = loop.step(rational_point({"b": [3, 5]}))["b"]
+    assert moved[1] == 5
+    found = float_run(loop, {"b": np.array([3.0, 5.0])}, 1, 0.0).points[-1]["b"]
+    np.testing.assert_allclose(found, [float(x.p) / float(x.q) for x in moved], rtol=1e-12)
+
+
 def test_an_update_without_a_rule_at_zero_does_not_exist() -> None:
     with pytest.raises(UndefinedUpdateError, match="residual of 0"):
         at(distances([0, 1], at_zero="undefined"), 0)
@@ -125,6 +160,21 @@ def test_another_unit_makes_the_same_loop() -> None:
         assert at(moved, start * unit) == at(loop, start) * unit
         here, there = rational_point({"x": [start]}), rational_point({"x": [start * unit]})
         assert loop.objective.at(here) == moved.objective.at(there)
+
+
+def test_a_width_has_the_unit_that_its_weight_needs() -> None:
+    """The loss r alone goes with any unit of the width."""
+    x = variable("x", 1)
+    smooth = loss(x - [3], "r", "1/(2*sqrt(r**2 + e))", widths={"e": Fraction(1, 100)})
+    moved = in_unit(Loop(smooth), Fraction(1, 8))
+    assert moved is not None
+    (term,) = moved.objective.terms
+    assert term.widths["e"] == Fraction(1, 6400)
+    rooted = loss(x, "c**4/2*log(1 + (r/c**2)**2)", "1/(1 + (r/c**2)**2)", square="r**2/2", widths={"c": 3})
+    assert in_unit(Loop(rooted), Fraction(1, 1000)) is None
+    moved = in_unit(Loop(rooted), Fraction(1, 4))
+    assert moved is not None
+    assert moved.objective.terms[0].widths["c"] == Fraction(3, 2)
 
 
 def test_a_loss_with_a_unit_of_its_own_has_no_other_unit() -> None:

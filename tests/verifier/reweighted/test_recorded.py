@@ -242,3 +242,54 @@ def test_misuse_is_told(tmp_path):
         judge_recorded(tmp_path, OBJECTIVE, INPUTS)
     with pytest.raises(InputError, match="Rule"):
         judged(tmp_path, rule=1e-3)
+
+
+def test_a_line_that_is_nested_too_deeply_is_told(tmp_path):
+    answers = recorded(tmp_path)
+    deep = '{"id": "other", "answer": ' + "[" * 900 + "]" * 900 + "}\n"
+    found = judged(tmp_path, answers, text=deep)
+    assert found["as given"].word is Word.YES, str(found)
+    assert "other is nested too deeply" in found["record"].statement
+
+
+@pytest.mark.parametrize("refused", [False, True])
+def test_without_an_answer_as_given_no_question_is_blamed(refused, tmp_path):
+    """The mean is wrong whatever the unit or the order of the data."""
+    answers = recorded(tmp_path, programs.mean_for_median)
+    given = {each["id"] for each in exported(tmp_path, questions=[as_given()])}
+    rest = [each for each in answers if each["id"] not in given]
+    rest += [{"id": each, "refused": "not today"} for each in sorted(given) if refused]
+    found = judged(tmp_path, rest)
+    assert not found.faults, str(found)
+    assert "as they are given it has no answer" in found["other units"].statement
+    assert found["other units"].word is Word.UNDECIDED
+    assert judged(tmp_path, answers).faults
+
+
+def test_null_stands_for_nothing(tmp_path):
+    nothing = {"refused": None, "warned": None, "input": None}
+    found = judged(tmp_path, [each | nothing for each in recorded(tmp_path)])
+    assert found["as given"].word is Word.YES, str(found)
+
+
+def test_a_whole_number_beyond_float64_is_no_point(tmp_path):
+    found = judged(tmp_path, [each | {"answer": 10**400} for each in recorded(tmp_path)])
+    assert found["as given"].fault, str(found)
+    assert "no point" in found["as given"].statement
+
+
+@pytest.mark.parametrize("wrong", [[[1.0], [1.0, 2.0]], np.ma.array([1.0, 2.0], mask=[True, False])])
+def test_rows_of_several_lengths_and_masked_entries_are_no_input(wrong, tmp_path):
+    with pytest.raises(InputError, match="input y"):
+        export_inputs(tmp_path / "inputs.jsonl", [{"y": wrong}], QUESTIONS)
+
+
+def test_inputs_may_come_one_after_the_other(tmp_path):
+    assert export_inputs(tmp_path / "inputs.jsonl", iter(INPUTS), QUESTIONS) == len(exported(tmp_path))
+    answers = recorded(tmp_path)
+    assert judged(tmp_path, answers, inputs=iter(INPUTS))["record"].word is Word.YES
+
+
+def test_long_lines_are_told_in_short(tmp_path):
+    found = judged(tmp_path, [{"id": "a" * 10**6, "answer": 0.0}, {"answer": "b" * 10**6}])
+    assert len(found["record"].statement) < 2000

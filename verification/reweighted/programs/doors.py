@@ -114,8 +114,9 @@ def answered(found: Any, what: str, text: str) -> Any:
     NotImplementedError
         The program refuses the input.
     """
-    if isinstance(found, dict):
-        found = {key: value for key, value in found.items() if value is not None}
+    if isinstance(found, dict):  # an answer that is null is none that can be read
+        given = {key: value for key, value in found.items() if value is not None}
+        found = given if given.keys() & {"answer", "refused"} else found
     if not isinstance(found, dict) or len(found.keys() & {"answer", "refused"}) != 1:
         raise SolverError(what, value=text, must='must write a JSON object with "answer" or "refused"')
     warned = found.get("warned", [])
