@@ -8,6 +8,7 @@ import sympy as sp
 from typer.testing import CliRunner
 
 from verification.__main__ import app
+from verification.reweighted import Word
 from verification.reweighted.terms import campaign, measured, sampling
 from verification.reweighted.terms.campaign import Settings, run
 from verification.reweighted.terms.random_terms import FAULTS, draw
@@ -42,22 +43,49 @@ def test_a_campaign_acquits_the_sound_and_names_every_fault():
 
 
 def tail(r):
-    """A loss that is constant in float64 where r**2 > 20: it is a difference of too large numbers there."""
+    """A loss that is constant in float64 where r**2 > 15: it is a difference of too large numbers there."""
     s = r * r
-    return np.where(s < 12, s, 12 + (1e9 - np.exp(2 * np.minimum(12 - s, 0)) - 1e9 + 1) / 2)
+    return np.where(s < 12, s, 12 + (1e9 - np.exp(8 * np.minimum(12 - s, 0)) - 1e9 + 1) / 8)
 
 
 @pytest.mark.parametrize(("name", "value"), [("COARSE", 0.0), ("RESOLVED", 1e6), ("_lasting", np.zeros_like)])
 def test_rounding_that_hides_in_most_windows_accuses_nobody(name, value, monkeypatch):
     """A tail below the rounding, a sum of which a small part has steps, and steps in three windows alone."""
     pairs = {
-        "COARSE": (tail, lambda r: np.exp(2 * np.minimum(12 - r * r, 0)), "r**2"),
+        "COARSE": (tail, lambda r: np.exp(8 * np.minimum(12 - r * r, 0)), "r**2"),
         "RESOLVED": (*draw(0, 10855).functions(), draw(0, 10855).square),
         "_lasting": (*draw(1, 52401).functions(), draw(1, 52401).square),
     }
     assert measured.judge_functions(*pairs[name], formula=False).faults == ()
     monkeypatch.setattr(sampling, name, value)
     assert measured.judge_functions(*pairs[name], formula=False).faults != ()
+
+
+def in_a_decade(loss):
+    """The loss, with seven digits less from 1e3 to 1e4."""
+    return lambda r: np.where((r > 1e3) & (r < 1e4), (loss(r) + 1e10) - 1e10, loss(r))
+
+
+def cauchy(r):
+    return np.log1p(r * r) / 2
+
+
+def test_noise_hides_no_fault_that_is_larger_and_makes_no_proof():
+    coarse = in_a_decade(cauchy)
+    judged = {
+        factor: measured.judge_functions(coarse, lambda r, k=factor: k / (1 + r * r), formula=False)
+        for factor in (1, 1.01, 1.05)
+    }
+    assert not judged[1].faults
+    assert judged[1.01]["tangent"].word is not Word.YES, judged[1.01]
+    assert judged[1.05]["tangent"].accuses, judged[1.05]
+
+
+def test_numbers_of_half_precision_may_vanish():
+    def loss(r):
+        return (1 - np.exp(-(np.asarray(r, dtype=float) ** 2) / 2)).astype(np.float16)
+
+    assert not measured.judge_functions(loss, lambda r: np.exp(-r * r / 2), formula=False).faults
 
 
 def test_every_kind_of_fault_is_drawn():

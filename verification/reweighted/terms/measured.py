@@ -212,7 +212,7 @@ def _tangent(sides: tuple[MeasuredSide, ...]) -> Answer:
             size = np.maximum(np.maximum(np.abs(least), np.abs(largest)), np.abs(secants[..., 2]))
             usable = np.isfinite(outside) & (noise[..., 0] <= 0.1 * np.where(size > 0, size, 1.0))
             share = np.where(usable & (outside > 0), outside / size, 0.0)
-        judged += int(usable.sum())
+        judged += int((usable & (noise[..., 0] <= TOLERANCE * size)).sum())
         smoothing = smoothing and _is_smoothing(side, share > 0, usable)
         if share.max() > 0 and (worst is None or share.max() > worst[0]):
             worst = share.max(), side, np.unravel_index(_plain(share, GRID[..., 0]), share.shape)

@@ -3,7 +3,7 @@
 Rounding is not assumed but estimated: fourth differences at points 2**-12 apart vanish for a smooth
 function up to about 1e-13 of it, so that what they leave is noise (Moré and Wild 2011). Where a function is
 a difference of larger numbers, such as 1 - exp(-r**2) at small r, it is constant between its steps and
-shows no noise: what most of an octave or two successive windows show is taken for its neighbours as well,
+shows no noise: what most of an octave shows, or two successive windows, is taken for its neighbours as well,
 and `COARSE`.
 """
 
@@ -35,6 +35,10 @@ RESOLVED = 1e9
 """A function is resolved in an octave if its change (a loss) or its values (a weight) are so many times its
 noise; else its neighbours get the noise too. A part of a sum whose steps hide in the windows of an octave is
 then at most 5e-6 of the whole: it changes by 1500 steps in an octave where the windows show them."""
+
+REACH = 3 * WINDOWS
+"""How many windows away noise is taken for there that shows in two successive windows, but not in most of an
+octave: three octaves, as far as weights are compared with one another."""
 
 SEEN = 1e-3
 """A fourth difference that is a greater part of change or values is no rounding, and is not handed on."""
@@ -127,14 +131,14 @@ def sampled(function: Function, sign: float, resolution: str) -> Samples:
         What is compared with the noise, for a loss or a weight.
     """
     returned = function(sign * GRID.ravel())
-    epsilon = float(np.finfo(returned.dtype if returned.dtype.kind == "f" else float).eps)
+    kind = np.finfo(returned.dtype if returned.dtype.kind == "f" else float)
     values = np.asarray(returned, dtype=float).reshape(GRID.shape)
     values = np.where(np.isfinite(values), values, np.nan)
-    return Samples(values, _noise(values, resolution, epsilon))
+    return Samples(values, _noise(values, resolution, float(kind.eps), float(kind.smallest_subnormal)))
 
 
-def _noise(values: np.ndarray, resolution: str, epsilon: float) -> np.ndarray:
-    """For each window a bound on the rounding of its values, which are of a type with this epsilon."""
+def _noise(values: np.ndarray, resolution: str, epsilon: float, smallest: float) -> np.ndarray:
+    """For each window a bound on the rounding of its values, of a type with these smallest numbers."""
     flat = values.reshape(len(OCTAVES), -1)
     with np.errstate(all="ignore"):
         left = np.abs(np.diff(values, n=4, axis=2)) / np.sqrt(70.0)
@@ -148,11 +152,14 @@ def _noise(values: np.ndarray, resolution: str, epsilon: float) -> np.ndarray:
         change = np.nan_to_num(np.fmax.reduce(flat, axis=1) - np.fmin.reduce(flat, axis=1))
         tied = (values[..., 1:] == values[..., :-1]).any(axis=2) & (resolution == "change")
     size = change if resolution == "change" else largest
-    of_octaves = [np.repeat(each, WINDOWS) for each in (seen, size, epsilon * largest)]
-    lasting = np.maximum(of_octaves[0], _lasting(own.ravel()))
-    pooled = _spread(lasting, *of_octaves[1:]).reshape(own.shape)
+    sizes, relative = size[:, None], (epsilon * largest)[:, None]
+    lasting = _lasting(own.ravel()).reshape(own.shape)
+    lasting = np.where((lasting <= SEEN * sizes) & (lasting > relative), lasting, 0.0)
+    near = np.lib.stride_tricks.sliding_window_view(np.pad(lasting.ravel(), REACH), 2 * REACH + 1).max(axis=1)
+    near = np.where(sizes >= RESOLVED * near.reshape(own.shape), 0.0, near.reshape(own.shape))
+    pooled = np.maximum(_spread(seen, size, epsilon * largest)[:, None], near)
     least = np.where(tied, max(COARSE, ROUNDING * epsilon), ROUNDING * epsilon)
-    return np.asarray(MARGIN * np.maximum(own, pooled) + least * largest[:, None])
+    return np.asarray(MARGIN * np.maximum(own, pooled) + least * largest[:, None] + ROUNDING * smallest)
 
 
 def _lasting(noise: np.ndarray) -> np.ndarray:
@@ -162,7 +169,7 @@ def _lasting(noise: np.ndarray) -> np.ndarray:
 
 
 def _spread(noise: np.ndarray, size: np.ndarray, relative: np.ndarray) -> np.ndarray:
-    """Noise of each window, or that of a neighbour that is not resolved, from window to window.
+    """Noise of each octave, or that of a neighbour that is not resolved, from octave to octave.
 
     What is not more than `relative`, the rounding of the values of each octave themselves, is not handed on.
     """
@@ -171,11 +178,11 @@ def _spread(noise: np.ndarray, size: np.ndarray, relative: np.ndarray) -> np.nda
     own = np.where((noise <= SEEN * size) & (noise > relative), noise, 0.0).tolist()
     for step, order in ((1, range(last)), (-1, range(last, 0, -1))):
         handed = 0.0
-        for window in order:
-            handed = max(handed, own[window])
-            if sizes[window] >= RESOLVED * handed:
+        for octave in order:
+            handed = max(handed, own[octave])
+            if sizes[octave] >= RESOLVED * handed:
                 handed = 0.0
-            found[window + step] = max(found[window + step], handed)
+            found[octave + step] = max(found[octave + step], handed)
     return np.array(found)
 
 
