@@ -200,7 +200,7 @@ def _sides(loss: Function, weight: Function, factor: float, signed: bool) -> tup
 
 
 def _tangent(sides: tuple[MeasuredSide, ...]) -> Answer:
-    judged, worst, smoothing = 0, None, True
+    hidden, worst, smoothing = list[float](), None, True
     for side in sides:
         secants, noise = side.secants
         least, largest, _ = side.ranges
@@ -212,16 +212,20 @@ def _tangent(sides: tuple[MeasuredSide, ...]) -> Answer:
             size = np.maximum(np.maximum(np.abs(least), np.abs(largest)), np.abs(secants[..., 2]))
             usable = np.isfinite(outside) & (noise[..., 0] <= 0.1 * np.where(size > 0, size, 1.0))
             share = np.where(usable & (outside > 0), outside / size, 0.0)
-        judged += int((usable & (noise[..., 0] <= TOLERANCE * size)).sum())
+            hidden += (noise[..., 0] / size)[usable & (size > 0)].tolist()
         smoothing = smoothing and _is_smoothing(side, share > 0, usable)
         if share.max() > 0 and (worst is None or share.max() > worst[0]):
             worst = share.max(), side, np.unravel_index(_plain(share, GRID[..., 0]), share.shape)
     if worst is not None:
         return replace(_not_tangent(sides, worst[1], worst[2]), fault=not smoothing)
-    if judged < FEWEST:
+    if len(hidden) < FEWEST:
         said = "Too few residuals have a finite loss and weight that rounding does not hide."
-        return Answer("tangent", Word.UNDECIDED, said, f"{ROOTED}: {judged} windows")
+        return Answer("tangent", Word.UNDECIDED, said, f"{ROOTED}: {len(hidden)} windows")
+    limit = max(TOLERANCE, sorted(hidden)[FEWEST - 1])
+    judged = sum(share <= limit for share in hidden)
     said = f"No difference between the slopes of loss and weighted square at {judged} residuals."
+    if limit > TOLERANCE:
+        said = f"{said[:-1]}; rounding may hide {limit:.2g} of the slope there."
     return Answer("tangent", Word.YES, said, _measured("secants against weights"))
 
 
