@@ -80,6 +80,21 @@ def test_noise_hides_no_fault_that_is_larger_and_makes_no_proof():
     assert judged[1.05]["tangent"].accuses, judged[1.05]
 
 
+@pytest.mark.parametrize(("decimals", "width"), [(2, 1.0), (3, 1.0), (9, 3e-4), (9, 1e-4)])
+def test_a_loss_of_few_decimals_is_not_taken_for_one_without_slope(decimals, width):
+    def loss(r):
+        return np.round(width**2 * (1 - np.exp(-((r / width) ** 2) / 2)), decimals)
+
+    assert not measured.judge_functions(loss, lambda r: np.exp(-((r / width) ** 2) / 2), formula=False).faults
+
+
+def test_a_fault_beyond_six_decimals_is_seen():
+    found = measured.judge_functions(
+        lambda r: np.round(cauchy(r), 6), lambda r: 1.1 / (1 + r * r), formula=False
+    )
+    assert found["tangent"].accuses, found
+
+
 def test_numbers_of_half_precision_may_vanish():
     def loss(r):
         return (1 - np.exp(-(np.asarray(r, dtype=float) ** 2) / 2)).astype(np.float16)

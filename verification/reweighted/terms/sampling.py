@@ -156,7 +156,8 @@ def _noise(values: np.ndarray, resolution: str, epsilon: float, smallest: float)
     lasting = _lasting(own.ravel()).reshape(own.shape)
     lasting = np.where((lasting <= SEEN * sizes) & (lasting > relative), lasting, 0.0)
     near = np.lib.stride_tricks.sliding_window_view(np.pad(lasting.ravel(), REACH), 2 * REACH + 1).max(axis=1)
-    near = np.where(sizes >= RESOLVED * near.reshape(own.shape), 0.0, near.reshape(own.shape))
+    near = np.maximum(near.reshape(own.shape), _step(values, relative) if resolution == "change" else 0.0)
+    near = np.where(sizes >= RESOLVED * near, 0.0, near)
     pooled = np.maximum(_spread(seen, size, epsilon * largest)[:, None], near)
     least = np.where(tied, max(COARSE, ROUNDING * epsilon), ROUNDING * epsilon)
     return np.asarray(MARGIN * np.maximum(own, pooled) + least * largest[:, None] + ROUNDING * smallest)
@@ -166,6 +167,17 @@ def _lasting(noise: np.ndarray) -> np.ndarray:
     """Of two successive windows the smaller noise: a kink of the function is in one of them alone."""
     lasting = np.minimum(noise[1:], noise[:-1])
     return np.asarray(np.maximum(np.append(lasting, 0.0), np.append(0.0, lasting)))
+
+
+def _step(values: np.ndarray, relative: np.ndarray) -> float:
+    """The least change between two successive windows of one value each, beyond rounding; 0 if there is none.
+
+    A function that is rounded to some decimals is so where it is nearly flat.
+    """
+    flat = (values == values[..., :1]).all(axis=2).ravel()
+    changes = np.abs(np.diff(values[..., 0].ravel()))
+    seen = changes[flat[1:] & flat[:-1] & (changes > np.repeat(relative, WINDOWS)[1:])]
+    return float(seen.min()) if seen.size else 0.0
 
 
 def _spread(noise: np.ndarray, size: np.ndarray, relative: np.ndarray) -> np.ndarray:
