@@ -52,7 +52,7 @@ class Loop:
     at_zero : {"hold", "undefined", "leave"}
         At a residual of 0 where the weight grows without bound: it is held at 0, which is the limit of the
         update; the update does not exist; or, by Vardi and Zhang's rule, it is left if that lowers F (where
-        the residual is the whole block less a point).
+        every residual with the block is a number times the whole block less a point).
     start : mapping of str to sequence of numbers, or None
         None: any start.
     stop : function of two float64 points, or None
