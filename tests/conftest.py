@@ -1,6 +1,7 @@
 """Hypothesis profiles: random at home, derandomised where CI says so. What draws, where something does."""
 
 import os
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -16,6 +17,13 @@ from convexperc.simulation.opengl import Engine, engine
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 """For the workers and the processes that tests start: their matrices are small, and threads that wait for one
 another, where every core is in use, cost more than the products."""
+
+for each, default in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if (
+        signal.getsignal(each) is signal.SIG_IGN
+    ):  # by nohup, or by a shell that started this in the background
+        signal.signal(each, default)
+"""Processes that tests start, to end them so, inherit what is ignored."""
 
 settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", parent=settings.get_profile("default"), derandomize=True)
