@@ -13,13 +13,14 @@ from fractions import Fraction
 import numpy as np
 
 from convexperc.problem.arrays import Vector
+from convexperc.problem.problem import Problem
 from verification.conformance.answers import REFUSALS, Answer, Refusal, shown, told
 from verification.conformance.doors import Reply
 from verification.conformance.profiles import Profile
 from verification.conformance.vectors import Malformed, RecognitionSet
 from verification.conformance.vectors import Vector as Case
 from verification.exact.formulation import objective
-from verification.exact.numbers import Enclosure
+from verification.exact.numbers import Enclosure, rationals, square_root, squares, times
 from verification.ledger.evidence import Outcome
 
 NOT_ASKED = "not asked"
@@ -162,12 +163,10 @@ def _value(case: Case, answer: Answer, value: Enclosure, profile: Profile) -> Fi
     """L1: F(w, u), and what the answer says it is, within the tolerance of F*."""
     allowed = _allowed(case, profile.value, profile)
     outcome, detail = _within(case, value, allowed)
-    if answer.objective is not None and outcome is not Outcome.FAILED:
-        slack = Fraction(profile.value) * value.upper + allowed
-        off = max(value.lower - Fraction(answer.objective), Fraction(answer.objective) - value.upper)
-        if off > slack:
-            detail = f"says that F is {answer.objective!r}; F(w, u) is {float(value.upper)!r}"
-            outcome = Outcome.FAILED
+    said = answer.objective
+    if said is not None and outcome is not Outcome.FAILED and not _tells(case, answer, value, said, profile):
+        detail = f"says that F is {said!r}; F(w, u) is {float(value.upper)!r}"
+        outcome = Outcome.FAILED
     return Finding(case.id, Level.L1, outcome, detail)
 
 
@@ -231,13 +230,33 @@ def _trace(case: Case, answer: Answer, value: Enclosure, profile: Profile) -> Fi
     if at is not None:
         detail = f"iteration {at}: {float(trace[at - 1])!r} -> {float(trace[at])!r}"
         return Finding(case.id, Level.L4, Outcome.FAILED, detail)
-    off = max(value.lower - Fraction(trace[-1]), Fraction(trace[-1]) - value.upper)
-    if off > Fraction(profile.value) * value.upper + _allowed(case, profile.value, profile):
+    if not _tells(case, answer, value, float(trace[-1]), profile):
         detail = f"the trace ends at {float(trace[-1])!r}; F(w, u) is {float(value.upper)!r}"
         return Finding(case.id, Level.L4, Outcome.FAILED, detail)
     if trace.size == 1:
         return Finding(case.id, Level.L4, Outcome.SKIPPED, "a trace of one value shows no step")
     return Finding(case.id, Level.L4, Outcome.HELD)
+
+
+def _tells(case: Case, answer: Answer, value: Enclosure, said: float, profile: Profile) -> bool:
+    """Whether a number is F(w, u) to the tolerance of F*, or as well as F can be computed there."""
+    off = max(value.lower - Fraction(said), Fraction(said) - value.upper)
+    near = Fraction(profile.value) * value.upper + _allowed(case, profile.value, profile)
+    return off <= near or off <= near + _computed(case.request.problem, answer, value, profile)
+
+
+def _computed(problem: Problem, answer: Answer, value: Enclosure, profile: Profile) -> Fraction:
+    """By how much F changes if each residual does by 4 (n + d) units of rounding of what it is a sum of.
+
+    These are |X|'|w| + |o| and |X||u| + |w|, of which little may be left where large weights cancel. With S
+    the sum of their squares, as F has them, and the share s of rounding, it is at most
+    s sqrt(8 F S) + s^2 S.
+    """
+    X, o, w, u = (rationals(np.abs(each).ravel()) for each in (problem.X, problem.o, answer.w, answer.u))
+    X = X.reshape(problem.X.shape)
+    sizes = squares(times(X.T, w) + o) + Fraction(problem.lambda1) * squares(times(X, u) + w)
+    share = Fraction(4 * (problem.n + problem.d) * profile.rounding)
+    return share * square_root(8 * value.upper * sizes).upper + share**2 * sizes
 
 
 def _rise(trace: Vector, share: float, floor: float) -> int | None:

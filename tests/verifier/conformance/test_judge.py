@@ -1,17 +1,24 @@
 """Each faulty solver is caught at the level that names its fault; sound ones pass every level."""
 
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
+import numpy as np
 import pytest
 from faulty_solvers import NUMERIC, library, method
 
+from convexperc.problem.problem import Problem
+from convexperc.solution.single import solve
 from verification.conformance import adapters
-from verification.conformance.doors import Function
-from verification.conformance.judge import Level
+from verification.conformance.answers import Answer
+from verification.conformance.doors import Function, Reply
+from verification.conformance.judge import Level, judge
 from verification.conformance.profiles import FLOAT32, FLOAT64
+from verification.conformance.request import Request
 from verification.conformance.suite import Report, Selection, run
-from verification.conformance.vectors import all_vectors
+from verification.conformance.vectors import Vector, all_vectors
+from verification.ledger.evidence import Outcome
 
 
 def reports(solver: Callable[..., Any], *only: str, **selection: Any) -> list[Report]:
@@ -99,3 +106,19 @@ def test_a_malformed_line_may_be_declined():
     report = run(Function(declines), Selection(only="malformed"))
     assert not report.failed
     assert report.declined
+
+
+@pytest.mark.parametrize(("said", "outcome"), [(3.3e-13, Outcome.HELD), (1e-10, Outcome.FAILED)])
+def test_what_is_said_of_f_is_known_no_better_than_f_can_be_computed(said: float, outcome: Outcome):
+    """Two views are nearly equal, no weight holds them, and w of 1.5e8 cancels in X'w - o."""
+    almost = [1.5000000027939677, 1.0000000018626451, -1.9999999962747097, 0.0]
+    X = [almost, [1.5, 1.0, -2.0, 0.0], [1.0, -2.5, 1.0, 2.0], [-2.5, -2.5, 3.0, 1.0]]
+    o = [-4.625, 2.8125, -0.5, -2.0]
+    problem = Problem(X, o, modalities=[1, 1, 1, 1], lambda1=0.0, lambda2=0.0, lambda3=1.0)
+    found = solve(problem)
+    bounds = Fraction(found.certificate.lower), Fraction(found.certificate.upper)
+    answer = Answer(found.w, found.u, said, np.array([said]))
+    case = Vector(Request("found", problem), *bounds)
+    judged = {each.level: each for each in judge(case, Reply(answer), FLOAT64).findings}
+    assert judged[Level.L1].outcome is outcome, judged[Level.L1]
+    assert (judged[Level.L4].outcome is Outcome.FAILED) == (outcome is Outcome.FAILED), judged[Level.L4]
