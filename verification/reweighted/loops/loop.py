@@ -130,8 +130,13 @@ class Loop:
         return found
 
     @cached_property
+    def _residuals(self) -> list[Square]:
+        """The square of each part's residual."""
+        return [self._square(part) for part in self.objective.parts]
+
+    @cached_property
     def _squares(self) -> WeightedSquares:
-        squares = [(part, self._square(part)) for part in self.objective.parts]
+        squares = list(zip(self.objective.parts, self._residuals, strict=True))
         fixed = [(exact(part.coefficient), square) for part, square in squares if part.term is None]
         weighted = [square for part, square in squares if part.term is not None]
         return WeightedSquares(sum(self.objective.sizes.values()), fixed, weighted)
@@ -176,7 +181,7 @@ class Loop:
         """Vardi and Zhang: the step of the rest, shortened by what the norms that are 0 pull back."""
         pull = fmpq(0)
         for k, part in enumerate(self.objective.parts):
-            factor = self._factor(part, block)
+            factor = _factor(self._residuals[k], block)
             if factor and k in met:
                 if part.term is None or not all(_is_norm(side) for side in part.term.sides):
                     raise _not_theirs("another loss")
@@ -189,15 +194,16 @@ class Loop:
             raise UnresolvedError("a force", value=str(force), must=f"must differ from {pull}")
         return [x - g / size * (1 - pull / force) for x, g in zip(system.point, gradient, strict=True)]
 
-    def _factor(self, part: Part, block: Sequence[int]) -> Any:
-        """The k of a residual k (x - a) of the block x; 0 where it does not depend on the block."""
-        rows = [{k: a for k, a in row.items() if k in block} for row, _ in self._square(part)]
-        if not any(rows):
-            return fmpq(0)
-        factor = rows[0].get(block[0], fmpq(0))
-        if rows != [{k: factor} for k in block]:
-            raise _not_theirs("another expression")
-        return factor
+
+def _factor(square: Square, block: Sequence[int]) -> Any:
+    """The k of a residual k (x - a) of the block x; 0 where it does not depend on the block."""
+    rows = [{k: a for k, a in row.items() if k in block} for row, _ in square]
+    if not any(rows):
+        return fmpq(0)
+    factor = rows[0].get(block[0], fmpq(0))
+    if rows != [{k: factor} for k in block]:
+        raise _not_theirs("another expression")
+    return factor
 
 
 def _is_norm(side: Side) -> bool:
