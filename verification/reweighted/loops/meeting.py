@@ -14,7 +14,7 @@ from flint import fmpq
 from convexperc.errors import SolverError
 from verification.exact.balls import UnresolvedError
 from verification.reweighted.loops.loop import Loop
-from verification.reweighted.terms.expressions import simplest
+from verification.reweighted.terms.expressions import fraction, simplest
 
 REACH = 8
 """Starts are sought up to this many times the spread of the zeros outside of it."""
@@ -86,7 +86,7 @@ def _image(loop: Loop, name: str, start: Fraction) -> Fraction | None:
         value = loop.step({name: [fmpq(start.numerator, start.denominator)]})[name][0]
     except (SolverError, UnresolvedError, ZeroDivisionError):
         return None
-    return Fraction(int(value.p), int(value.q)) if isinstance(value, fmpq) else None
+    return fraction(value) if isinstance(value, fmpq) else None
 
 
 def _met(

@@ -8,7 +8,6 @@ that is allowed: a v that meets the equality sum A'v = 0, but is too long, is sh
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
@@ -18,7 +17,7 @@ from flint import fmpq
 from convexperc.errors import InputError
 from verification.exact.balls import exact
 from verification.reweighted.objectives.objective import Objective, Part
-from verification.reweighted.terms.expressions import Piece, Pieces, R
+from verification.reweighted.terms.expressions import Piece, Pieces, R, fraction
 
 
 class NotCoveredError(InputError):
@@ -128,7 +127,7 @@ def _growth(loss: Pieces) -> Growth | None:
         a, end = sp.Rational(int(square.p), int(square.q)), first.upper
         tangent = 2 * a * end * R - a * end**2
         if sp.expand(more[0].expression - tangent) == 0:
-            return Growth(2 * square * exact(Fraction(int(end.p), int(end.q))), square)
+            return Growth(2 * square * exact(fraction(end)), square)
     return None
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from convexperc.errors import InputError
 from verification.exact.balls import Numbers, UnresolvedError, exact, inner, root
-from verification.reweighted.terms.expressions import Pieces, R, evaluate
+from verification.reweighted.terms.expressions import Pieces, R, evaluate, fraction
 from verification.reweighted.terms.term import Term
 
 Array = NDArray[Any]
@@ -363,11 +363,7 @@ def residual(term: Term, values: Numbers) -> tuple[Any, Any]:
 def _at_zero(function: Pieces) -> Any:
     limit = _limit(function[0].expression)
     return (
-        None
-        if limit is None
-        else exact(Fraction(int(limit.p), int(limit.q)))
-        if limit.is_Rational
-        else (evaluate(limit, fmpq(0)))
+        None if limit is None else exact(fraction(limit)) if limit.is_Rational else (evaluate(limit, fmpq(0)))
     )
 
 

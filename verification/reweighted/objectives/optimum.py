@@ -22,6 +22,7 @@ from verification.reweighted.objectives.objective import Objective
 from verification.reweighted.objectives.scaling import Scaled
 from verification.reweighted.objectives.suggestion import suggested
 from verification.reweighted.objectives.system import BITS, System
+from verification.reweighted.terms.expressions import fraction
 
 ENOUGH = Fraction(1, 1 << 100)
 """Relative width of the optimum with which the search for better bounds ends."""
@@ -89,7 +90,7 @@ def optimum(objective: Objective) -> Optimum:
         lower = None if bounds.lower is None else scaled.factor * bounds.lower
     if lower is None:
         return Optimum(None, upper, point, "Clarabel returned no dual vector of finite numbers.")
-    return Optimum(Fraction(int(lower.p), int(lower.q)), upper, point)
+    return Optimum(fraction(lower), upper, point)
 
 
 @dataclass
@@ -120,6 +121,6 @@ class _Bounds:
 def _named(objective: Objective, z: Numbers) -> dict[str, tuple[Fraction, ...]]:
     found, at = {}, 0
     for name, size in objective.sizes.items():
-        found[name] = tuple(Fraction(int(x.p), int(x.q)) for x in z[at : at + size])
+        found[name] = tuple(fraction(x) for x in z[at : at + size])
         at += size
     return found

@@ -24,6 +24,7 @@ from verification.reweighted.objectives.conjugates import Growth, NotCoveredErro
 from verification.reweighted.objectives.objective import Objective, rational_point
 from verification.reweighted.objectives.optimum import Optimum, optimum
 from verification.reweighted.objectives.system import BITS
+from verification.reweighted.terms.expressions import fraction
 
 ACCUSING = 2.0**-30
 """Share of the size of the data below which no difference accuses: 1e-9, far above float64's rounding.
@@ -169,21 +170,17 @@ def allowance(objective: Objective, point: Mapping[str, Sequence[Any]], share: f
 
 def _length(values: Numbers) -> Fraction:
     """At least the norm."""
-    return square_root(_fraction(inner(values, values))).upper
+    return square_root(fraction(inner(values, values))).upper
 
 
 def _change(growth: Growth, length: Fraction, change: Fraction) -> Fraction:
     """The most that a loss changes where its residual of this length does by `change`."""
     found = []
     if growth.radius is not None:
-        found.append(_fraction(growth.radius) * change)
+        found.append(fraction(growth.radius) * change)
     if growth.curve is not None:
-        found.append(_fraction(growth.curve) * (2 * length * change + change**2))
+        found.append(fraction(growth.curve) * (2 * length * change + change**2))
     return min(found)
-
-
-def _fraction(value: Any) -> Fraction:
-    return Fraction(int(value.p), int(value.q))
 
 
 def rounded(value: Fraction) -> float:

@@ -279,7 +279,7 @@ def _between(lower: Any, upper: Any) -> Any:
     if upper is sp.oo:
         return sp.ceiling(lower) + 1
     low, high = (end if end.is_Rational else sp.Rational(str(sp.N(end, 50))) for end in (lower, upper))
-    middle = simplest(*(Fraction(int(end.p), int(end.q)) for end in (low, high)))
+    middle = simplest(*(fraction(end) for end in (low, high)))
     return sp.Rational(middle.numerator, middle.denominator)
 
 
@@ -410,3 +410,8 @@ def exactly(value: Any) -> sp.Rational:
             "number", value=value, must="must be a finite number, or text such as 1.345 or 1/3"
         ) from None
     return sp.Rational(found.numerator, found.denominator)
+
+
+def fraction(value: Any) -> Fraction:
+    """A rational of SymPy or of FLINT."""
+    return Fraction(int(value.p), int(value.q))

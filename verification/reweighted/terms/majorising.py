@@ -10,11 +10,7 @@ from flint import arb, fmpq
 from convexperc.errors import InputError
 from verification.exact.balls import UnresolvedError, precision
 from verification.reweighted.answers import Answer, Word
-from verification.reweighted.terms.expressions import (
-    R,
-    at,
-    evaluate,
-)
+from verification.reweighted.terms.expressions import R, at, evaluate, fraction
 from verification.reweighted.terms.signs import BITS, Decision, listed, never_positive
 from verification.reweighted.terms.term import Side, Term, text
 
@@ -68,7 +64,7 @@ def _lies_below(
         before, weight, after = at(here.loss, r), at(here.weight, r), at(there.loss, t)
     except (InputError, UnresolvedError, ZeroDivisionError):
         return None
-    difference = (t * t - r * r) * Fraction(int(term.factor.p), int(term.factor.q))
+    difference = (t * t - r * r) * fraction(term.factor)
     square = before + weight * fmpq(difference.numerator, difference.denominator)
     if not bool(arb(after) > arb(square)):
         return None
@@ -125,7 +121,7 @@ def _jumps(side: Side, end: Any) -> Answer:
     for shift in range(2, 60):
         near = sp.Rational(1, 2**shift)
         low, high = (sp.nsimplify(end - near, rational=True), sp.nsimplify(end + near, rational=True))
-        pair = [Fraction(int(each.p), int(each.q)) for each in (low, high)]
+        pair = [fraction(each) for each in (low, high)]
         with precision(BITS):
             try:
                 values = [at(side.weight, each) for each in pair]

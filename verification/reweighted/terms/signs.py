@@ -19,7 +19,7 @@ from verification.exact.balls import UnresolvedError, precision
 from verification.proofs.checkers.formulas import names
 from verification.proofs.checkers.reals import real
 from verification.reweighted.answers import Word
-from verification.reweighted.terms.expressions import VARIABLE, R, evaluate, simplest
+from verification.reweighted.terms.expressions import VARIABLE, R, evaluate, fraction, simplest
 
 BITS = 256
 DEPTH = 3
@@ -81,7 +81,7 @@ def points(lower: Any, upper: Any) -> Iterator[Fraction]:
 def _inside(end: Any, side: int) -> Fraction:
     """An end, or a rational point next to it, inside the interval."""
     found = _rational(end, side)
-    return Fraction(int(found.p), int(found.q))
+    return fraction(found)
 
 
 def _is_positive(expression: Any, point: Fraction) -> bool:
